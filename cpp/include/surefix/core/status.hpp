@@ -1,0 +1,62 @@
+// What a step function answers. Every measurement and every request gets one of these; none is
+// dropped in silence (each is counted in `Counters`).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace surefix {
+
+enum class Status : std::uint8_t {
+  ok = 0,          ///< done; a measurement was used, or waits in the step buffer
+  not_finite,      ///< value or time is NaN or infinite (or beyond 95 years): not used
+  unknown_sensor,  ///< no sensor of that index or name: not used
+  too_late,        ///< valid at or before the last estimate, or before the start: not used
+  repeated,        ///< same sensor, same validity time, same value as one in the step: used once
+  buffer_full,     ///< the step buffer holds its capacity: not used; estimate, then push again
+  off_grid,        ///< a discrete model has no transition over this duration: not used
+  numerical,       ///< innovation variance not positive, or the prediction overflows: not used
+  waiting,         ///< valid after the last estimate of a batch: not used yet
+  time_backwards,  ///< an estimate was asked for before the last one: state unchanged
+};
+
+inline constexpr int status_count = 10;
+
+/// Short name of a status, as it appears in event tables.
+constexpr const char* name(Status status) noexcept {
+  constexpr std::array<const char*, status_count> names{
+      "ok",          "not_finite", "unknown_sensor", "too_late",       "repeated",
+      "buffer_full", "off_grid",   "numerical",      "waiting",        "time_backwards",
+  };
+  return names[static_cast<std::size_t>(status)];
+}
+
+/// How often each status was answered.
+class Counters {
+ public:
+  void count(Status status) noexcept { ++counts_[static_cast<std::size_t>(status)]; }
+  [[nodiscard]] std::int64_t operator[](Status status) const noexcept {
+    return counts_[static_cast<std::size_t>(status)];
+  }
+  [[nodiscard]] const std::array<std::int64_t, status_count>& all() const noexcept {
+    return counts_;
+  }
+  void restore(const std::array<std::int64_t, status_count>& counts) noexcept { counts_ = counts; }
+
+ private:
+  std::array<std::int64_t, status_count> counts_{};
+};
+
+/// What is wrong with a configuration; reported before the first step.
+enum class ConfigStatus : std::uint8_t {
+  ok = 0,
+  wrong_size,         ///< a vector or matrix does not fit the model's state
+  not_finite,         ///< a parameter is NaN or infinite
+  negative,           ///< a standard deviation or density is negative
+  not_positive,       ///< sigma of a sensor, a time constant or a period is not above zero
+  not_semidefinite,   ///< a covariance is not symmetric and positive semidefinite
+  too_many_sensors,   ///< more sensors than the system has room for
+  sensor_states,      ///< the sensors' error states do not fill the system's fixed size
+};
+
+}  // namespace surefix

@@ -1,0 +1,47 @@
+// A transition with F and Q as matrices, for models whose size is known at run time. Plain loops:
+// on these sizes they are several times faster than products of bounded-dynamic matrices.
+#pragma once
+
+#include "surefix/core/gaussian.hpp"
+
+namespace surefix {
+
+/// F (n × n) and Q (n × n, symmetric) of one duration.
+template <int N, int MaxN = N>
+struct DenseTransition {
+  using Vector = typename Gaussian<N, double, MaxN>::Vector;
+  using Matrix = typename Gaussian<N, double, MaxN>::Matrix;
+
+  Matrix F;
+  Matrix Q;
+
+  template <class V>
+  void apply(V&& v) const noexcept {
+    const int n = static_cast<int>(F.rows());
+    Vector result(n);
+    for (int i = 0; i < n; ++i) result(i) = F(i, 0) * v(0);
+    for (int j = 1; j < n; ++j)
+      for (int i = 0; i < n; ++i) result(i) += F(i, j) * v(j);
+    for (int i = 0; i < n; ++i) v(i) = result(i);
+  }
+
+  template <class V>
+  void apply_transposed(V&& v) const noexcept {
+    const int n = static_cast<int>(F.rows());
+    Vector result(n);
+    for (int j = 0; j < n; ++j) {
+      result(j) = F(0, j) * v(0);
+      for (int i = 1; i < n; ++i) result(j) += F(i, j) * v(i);
+    }
+    for (int i = 0; i < n; ++i) v(i) = result(i);
+  }
+
+  template <class M>
+  void add_noise(M& P) const noexcept {
+    const int n = static_cast<int>(Q.rows());
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) P(i, j) += Q(i, j);
+  }
+};
+
+}  // namespace surefix

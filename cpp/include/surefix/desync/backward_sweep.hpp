@@ -1,0 +1,101 @@
+// The forward record and the one backward sweep over it.
+//
+// With γ the innovation of all the recorded measurements given what was known before the first of
+// them and Γ its covariance, the sweep gives (Γ⁻¹γ)_i and (Γ⁻¹)_ii for every one in O(N n²) to
+// O(N n³), where a factorisation of Γ takes O(N³). It carries the adjoint λ (n) of the state and
+// its covariance Λ (n × n), the Bryson–Frazier smoother's:
+//   w_i = ν_i/S_i − k_iᵀλ           (Γ⁻¹γ)_i
+//   D_i = 1/S_i + k_iᵀ Λ k_i        (Γ⁻¹)_ii
+//   λ ← Fᵀ (λ + h_iᵀ w_i)           Λ ← Fᵀ ((I − k_i h_i)ᵀ Λ (I − k_i h_i) + h_iᵀ h_i / S_i) F
+// Parellier, Barrau & Bonnabel 2023, eqs. 20-22 are the same recursion for ∂𝓛/∂z = 2 Γ⁻¹γ.
+#pragma once
+
+#include "surefix/core/predict.hpp"
+#include "surefix/core/system.hpp"
+#include "surefix/core/update.hpp"
+
+namespace surefix::desync {
+
+/// What the forward pass keeps of one measurement.
+template <class System>
+struct Record {
+  Time valid;           ///< [ns]
+  std::int64_t id;      ///< of the measurement
+  std::int32_t sensor;  ///< index in the system
+  Linearisation at;     ///< where its row was linearised
+  Innovation<typename System::Belief> innovation;
+};
+
+/// λ and Λ after a measurement: how the measurements that come later depend on the state.
+template <class Belief>
+struct Adjoint {
+  typename Belief::Vector lambda;
+  typename Belief::Matrix Lambda;
+
+  [[nodiscard]] static Adjoint zero(int n) noexcept {
+    return {Belief::Vector::Zero(n), Belief::Matrix::Zero(n, n)};
+  }
+};
+
+/// (Γ⁻¹γ)_i and (Γ⁻¹)_ii of one measurement.
+struct Whitened {
+  double value;
+  double precision;
+};
+
+/// One measurement backward: returns its `Whitened` and takes it into the adjoint.
+template <class Belief, class Row>
+SUREFIX_INLINE Whitened sweep_back(Adjoint<Belief>& adjoint, const Row& h,
+                    const Innovation<Belief>& innovation) noexcept {
+  const auto& k = innovation.gain;
+  auto& Lambda = adjoint.Lambda;
+  constexpr int N = Belief::fixed_size;
+  const int n = static_cast<int>(k.size());
+  typename Belief::Vector m = k;  // Λ k
+  loop<N>(n, [&](int i) SUREFIX_LAMBDA { m(i) = Lambda(i, 0) * k(0); });
+  loop<N>(n, [&](int j) SUREFIX_LAMBDA {
+    if (j > 0) loop<N>(n, [&](int i) SUREFIX_LAMBDA { m(i) += Lambda(i, j) * k(j); });
+  });
+  double adjoint_gain = 0.0, quadratic = 0.0;
+  loop<N>(n, [&](int i) SUREFIX_LAMBDA {
+    adjoint_gain += adjoint.lambda(i) * k(i);
+    quadratic += m(i) * k(i);
+  });
+  const double inverse = 1.0 / innovation.variance;
+  const Whitened w{innovation.value * inverse - adjoint_gain, inverse + quadratic};
+
+  // (I − kh)ᵀ Λ (I − kh) + hᵀh/S = Λ − hᵀmᵀ − m h + D hᵀh: rows and columns where h is not zero.
+  h.for_each([&](int i, double hi) SUREFIX_LAMBDA {
+    adjoint.lambda(i) += hi * w.value;
+    loop<N>(n, [&](int j) SUREFIX_LAMBDA { Lambda(i, j) -= hi * m(j); });
+    loop<N>(n, [&](int j) SUREFIX_LAMBDA { Lambda(j, i) -= hi * m(j); });
+  });
+  h.for_each([&](int i, double hi) SUREFIX_LAMBDA {
+    h.for_each([&](int j, double hj) SUREFIX_LAMBDA { Lambda(i, j) += w.precision * (hi * hj); });
+  });
+  return w;
+}
+
+/// Sweeps back over `count` records in the order of their validity; calls
+/// `visit(i, record, Whitened)` from the last to the first.
+template <class System, class Visit>
+void backward_sweep(const System& system, const Record<System>* records, std::size_t count,
+                    Visit&& visit) noexcept {
+  using Belief = typename System::Belief;
+  auto adjoint = Adjoint<Belief>::zero(system.state_size());
+  typename System::Transition transition;
+  for (std::size_t i = count; i-- > 0;) {
+    const Record<System>& record = records[i];
+    const Whitened w = system.with_row(record.sensor, record.at, [&](const auto& row) SUREFIX_LAMBDA {
+      return sweep_back(adjoint, row, record.innovation);
+    });
+    visit(i, record, w);
+    if (i == 0 || records[i - 1].valid == record.valid) continue;
+    // The forward pass made this transition, in one leg or in several; it cannot fail now.
+    (void)system.transition(record.valid - records[i - 1].valid, transition);
+    transition.apply_transposed(adjoint.lambda);
+    propagate_transposed(adjoint.Lambda, transition);
+  }
+}
+
+}  // namespace surefix::desync

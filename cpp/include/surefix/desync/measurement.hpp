@@ -1,0 +1,32 @@
+// One scalar measurement, placed at the time at which it was valid.
+#pragma once
+
+#include <cstdint>
+
+#include "surefix/core/time.hpp"
+
+namespace surefix::desync {
+
+/// A reading `value` of sensor `sensor`, true at `valid` = its stamp − the sensor's latency.
+struct Measurement {
+  Time valid;           ///< [ns]
+  double value;         ///< [unit of the sensor]
+  std::int64_t id;      ///< the user's: row of a log, number of a push
+  std::int32_t sensor;  ///< index in the system
+};
+
+/// The order in which measurements are used: by validity, ties by sensor, then by value, so that
+/// the result does not depend on the order of arrival, to the last bit.
+[[nodiscard]] inline bool before(const Measurement& a, const Measurement& b) noexcept {
+  if (a.valid != b.valid) return a.valid < b.valid;
+  if (a.sensor != b.sensor) return a.sensor < b.sensor;
+  return a.value < b.value;
+}
+
+/// The same sensor saying the same thing about the same time: a repeated message, which carries no
+/// second piece of information. (Equal stamps with different values are two measurements.)
+[[nodiscard]] inline bool repeats(const Measurement& a, const Measurement& b) noexcept {
+  return a.valid == b.valid && a.sensor == b.sensor && a.value == b.value;
+}
+
+}  // namespace surefix::desync
