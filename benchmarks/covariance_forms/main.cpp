@@ -1,5 +1,5 @@
 // Which form of the scalar covariance update?  See README.md.
-//   covariance_forms time | accuracy [steps2 steps10] | long [steps]
+//   covariance_forms time | accuracy [steps2 steps10] | long [steps2 steps10] | restart [steps]
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -130,13 +130,19 @@ template <int n, class Driver> double variance(const Step<n>& s, const Driver& d
 }
 
 // Runs all forms beside `driver`, which fixes relative variances and says how
-// collinear P has been so far; `exact` is compared with when asked.
+// collinear P has been so far; all are compared with it when asked.  `restart`
+// returns every form to P0 after that many steps, and forgets the worst so far.
 template <int n, class Driver>
-void run(Sequence<n> sequence, long steps, Driver driver, bool compare, Results& results) {
+void run(Sequence<n> sequence, long steps, Driver driver, bool compare, Results& results,
+         long restart = 0) {
   Forms<n> forms;
-  for_each(forms, [&](auto& form, int) { form.start(sequence.U0, sequence.D0); });
-  driver.start(sequence.U0, sequence.D0);
   double worst = 1;
+  const auto start = [&] {
+    for_each(forms, [&](auto& form, int) { form.start(sequence.U0, sequence.D0); });
+    driver.start(sequence.U0, sequence.D0);
+    worst = 1;
+  };
+  start();
 
   const auto check = [&] {
     worst = std::max(worst, collinearity<Driver, n>(driver));
@@ -152,6 +158,7 @@ void run(Sequence<n> sequence, long steps, Driver driver, bool compare, Results&
   };
 
   for (long k = 0; k < steps; ++k) {
+    if (restart && k % restart == 0) start();
     Step<n> s = sequence.next();
     driver.predict(s.t);
     for_each(forms, [&](auto& form, int) { form.predict(s.t); });
@@ -212,17 +219,19 @@ template <int n> void accuracy(long steps) {
   }
 }
 
-// Definiteness alone, over one unbroken run; Bierman-Thornton in double drives.
-template <int n> void long_run(long steps) {
+// Definiteness alone; Bierman-Thornton in double drives.  restart = 0: one
+// unbroken run.
+template <int n> void long_run(long steps, long restart, double condition) {
   for (Kind kind : {sweep, year, components, mixed})
     for (double q2 : {1., 1e-12}) {
       Results results(bins * form_count);
-      run<n>(Sequence<n>(kind, 1e12, true, q2, 3), steps, BiermanThornton<double, n>(), false,
-             results);
+      run<n>(Sequence<n>(kind, condition, true, q2, 3), steps, BiermanThornton<double, n>(), false,
+             results, restart);
       for (int bin = 0; bin < bins; ++bin) {
-        char title[120];
-        std::snprintf(title, sizeof title, "n = %d, %s, q2 = %.0e, collinearity so far %s", n,
-                      kind_name[kind], q2, bin_name[bin]);
+        char title[160];
+        std::snprintf(title, sizeof title,
+                      "n = %d, %s, q2 = %.0e, P0 at %.0e, restart %ld, collinearity so far %s", n,
+                      kind_name[kind], q2, condition, restart, bin_name[bin]);
         print(title, &results[bin * form_count], false);
       }
     }
@@ -247,10 +256,14 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (!std::strcmp(what, "long")) {
-    long_run<2>(number(2, 10000000));
-    long_run<10>(number(3, 1000000));
+    long_run<2>(number(2, 10000000), 0, 1e12);
+    long_run<10>(number(3, 1000000), 0, 1e12);
     return 0;
   }
-  std::fprintf(stderr, "usage: %s time | accuracy [steps2 steps10] | long [steps2 steps10]\n", argv[0]);
+  if (!std::strcmp(what, "restart")) {  // back to a collinear P0 every 20 steps
+    for (double condition : {1e12, 1e14, 1e15, 1e16}) long_run<2>(number(2, 10000000), 20, condition);
+    return 0;
+  }
+  std::fprintf(stderr, "usage: %s time | accuracy [steps2 steps10] | long [steps2 steps10] | restart [steps2]\n", argv[0]);
   return 2;
 }

@@ -73,12 +73,12 @@ class FilterOf final : public AnyFilter {
     return prepared;
   }
 
-  BatchSummary run(const PreparedLog& log, const Time* times, std::size_t T, NoiseScope scope,
+  BatchSummary run(const PreparedLog& log, const BatchRequest& request,
                    const BatchOutput& out) const override {
     State state = start_state(initial(settings_, filter_.system()), log.start);
     BatchSummary summary;
-    summary.status = run_batch(filter_.system(), state, log.sorted, times, T, scope, out,
-                               summary.estimates);
+    summary.status =
+        run_batch(filter_.system(), state, log.sorted, request, out, summary.estimates);
     summary.log_likelihood = state.likelihood.value();
     return summary;
   }

@@ -43,7 +43,7 @@ double log_density(Index M, double log_determinant, double sse) {
 }
 
 /// One observation in whitened components: rows of L⁻¹H with unit noise, L Lᵀ = R.
-struct Whitened {
+struct WhitenedObservation {
   MatrixXd L;
   MatrixXd rows;
 };
@@ -147,7 +147,7 @@ Status CompositeStep::sequential(const VectorXd& x, const MatrixXd& P, const Vec
   const CompositeMatrices& m = matrices_;
   const Index n = m.F.rows(), p = m.G.cols() / static_cast<Index>(legs_.size());
   Belief belief{x, P};
-  std::vector<Whitened> whitened(observations_.size());
+  std::vector<WhitenedObservation> whitened(observations_.size());
   std::vector<Component> components;
   components.reserve(static_cast<std::size_t>(m.HF.rows()));
   double log_determinant = 0.0;

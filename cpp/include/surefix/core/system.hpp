@@ -97,7 +97,7 @@ class System {
   template <class Vector>
   [[nodiscard]] SUREFIX_INLINE Linearisation linearise(int index, const Vector& x) const noexcept {
     const Watcher& w = watcher(index);
-    if (w.plain) return {1.0, 0.0};
+    if (w.plain) return {1.0, 0.0};  // nobody reads its level
     double level = 0.0;
     for (int i = 0; i < model_size(); ++i) level += w.sensor.observes(i) * x(i);
     return {w.scale_state < 0 ? 1.0 : 1.0 + x(w.scale_state), level};
@@ -107,7 +107,8 @@ class System {
   template <class Vector>
   [[nodiscard]] SUREFIX_INLINE double predicted(int index, const Linearisation& at, const Vector& x) const noexcept {
     const Watcher& w = watcher(index);
-    if (w.plain) return x(Model::output);
+    if constexpr (Model::output >= 0)
+      if (w.plain) return x(Model::output);
     return at.gain * at.level + (w.bias_state < 0 ? 0.0 : x(w.bias_state));
   }
 

@@ -63,8 +63,8 @@ class AnyFilter {
 
   /// Batch, from the filter's initial state; the filter itself stays as it is.
   [[nodiscard]] virtual PreparedLog prepare(const LogView& log, Status* status) const = 0;
-  virtual BatchSummary run(const PreparedLog& log, const Time* times, std::size_t T,
-                           NoiseScope scope, const BatchOutput& out) const = 0;
+  virtual BatchSummary run(const PreparedLog& log, const BatchRequest& request,
+                           const BatchOutput& out) const = 0;
 
   [[nodiscard]] virtual SavedFilter save() const = 0;
   [[nodiscard]] virtual Status restore(const SavedFilter& saved) noexcept = 0;

@@ -27,6 +27,19 @@ enum class NoiseScope : std::uint8_t {
   journey,  ///< all of the log, later ones too (eq. 23 for the whole journey)
 };
 
+/// No limit on how late a row may have been logged.
+inline constexpr Time any_delay = std::numeric_limits<Time>::max();
+
+/// What a batch is asked for.
+struct BatchRequest {
+  const Time* times;  ///< (T) ascending [ns]; null: one estimate at every distinct validity time
+  std::size_t T;
+  NoiseScope scope;
+  /// The estimate for t is made when the clock says t + delay [ns, ≥ 0]: rows with a later stamp
+  /// are too late for it, as they would be onboard.
+  Time delay = any_delay;
+};
+
 /// Where a batch writes; arrays of T estimates of n states and of N rows, never null but where said.
 struct BatchOutput {
   Time* time;              ///< (T) [ns]
@@ -80,17 +93,16 @@ void sort_log(const System& system, const LogView& log, std::vector<Measurement>
   return n;
 }
 
-/// Runs `target` over a sorted log with estimates at `times` (ascending, T of them; null: one at
-/// every distinct validity time). Stops at the first estimate that cannot be made and returns its
-/// status; `made` counts the estimates before it.
+/// Runs `target` over a sorted log. Stops at the first estimate that cannot be made and returns
+/// its status; `made` counts the estimates before it.
 template <class System>
 Status run_batch(const System& system, RecursionState<typename System::Belief>& target,
-                 const std::vector<Measurement>& sorted,
-                 const Time* times, std::size_t T, NoiseScope scope, const BatchOutput& out,
-                 std::size_t& made) {
+                 const std::vector<Measurement>& sorted, const BatchRequest& request,
+                 const BatchOutput& out, std::size_t& made) {
   RecursionState<typename System::Belief> state = target;  // local: it may live in registers
   const std::size_t n = static_cast<std::size_t>(system.state_size());
-  const bool keep_all = scope == NoiseScope::journey, keep_any = scope != NoiseScope::none;
+  const bool keep_all = request.scope == NoiseScope::journey;
+  const bool keep_any = request.scope != NoiseScope::none;
   std::vector<Record<System>> records;
   if (keep_all) records.reserve(sorted.size());
   Record<System> record;
@@ -101,15 +113,21 @@ Status run_batch(const System& system, RecursionState<typename System::Belief>& 
                      out.noise_variance[estimate.id] = estimate.variance;
                    });
   };
+  const auto arrives_after = [&](const Measurement& m, Time time) {
+    return request.delay != any_delay &&
+           m.valid + system.sensor(m.sensor).latency > time + request.delay;
+  };
 
   std::size_t next = 0;
   for (; next < sorted.size() && sorted[next].valid < state.oldest; ++next)
     out.status[sorted[next].id] = Status::too_late;
-  for (made = 0; made < T; ++made) {
-    const Time time = times != nullptr ? times[made] : sorted[next].valid;
+  for (made = 0; made < request.T; ++made) {
+    const Time time = request.times != nullptr ? request.times[made] : sorted[next].valid;
     if (time < state.time) return Status::time_backwards;
     for (; next < sorted.size() && sorted[next].valid <= time; ++next) {
-      const Status status = absorb(system, state, sorted[next], record);
+      const Status status = arrives_after(sorted[next], time)
+                                ? Status::too_late
+                                : absorb(system, state, sorted[next], record);
       if (status != Status::ok) out.status[sorted[next].id] = status;
       if (status == Status::ok && keep_any) records.push_back(record);
     }
@@ -119,10 +137,9 @@ Status run_batch(const System& system, RecursionState<typename System::Belief>& 
     out.time[made] = time;
     out.sse[made] = error.sse;
     out.degrees[made] = error.degrees;
-    const auto& belief = state.belief;
-    for (std::size_t i = 0; i < n; ++i) out.x[made * n + i] = belief.x.data()[i];
-    for (std::size_t i = 0; i < n * n; ++i) out.P[made * n * n + i] = belief.P.data()[i];
-    if (scope == NoiseScope::step) {
+    for (std::size_t i = 0; i < n; ++i) out.x[made * n + i] = state.belief.x.data()[i];
+    for (std::size_t i = 0; i < n * n; ++i) out.P[made * n * n + i] = state.belief.P.data()[i];
+    if (request.scope == NoiseScope::step) {
       write_noise();
       records.clear();
     }

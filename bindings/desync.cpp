@@ -1,0 +1,226 @@
+#include <pybind11/stl.h>
+
+#include <limits>
+
+#include "arrays.hpp"
+#include "surefix/desync/any_filter.hpp"
+#include "surefix/desync/composite_step.hpp"
+
+namespace surefix::bindings {
+namespace {
+
+using namespace surefix::desync;
+
+AnySystem::ModelBelief model_belief(const Array& x, const Array& P) {
+  return {vector(x), matrix(P)};
+}
+
+py::tuple counts(const Counters& counters) {
+  return py::tuple(py::cast(counters.all()));
+}
+
+/// One call per log: (time, x, P, sse, degrees, status, noise, noise_variance, log-likelihood,
+/// name of the status that ended it, number of estimates). The GIL is released while it runs.
+py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style>& stamp,
+              const py::array_t<std::int32_t, py::array::c_style>& sensor,
+              const py::array_t<double, py::array::c_style>& value,
+              const std::optional<py::array_t<Time, py::array::c_style>>& times, int noise_scope,
+              std::optional<Time> delay) {
+  const py::ssize_t N = stamp.shape(0);
+  if (sensor.shape(0) != N || value.shape(0) != N)
+    throw std::invalid_argument("stamp, sensor, value: expected one length");
+  const LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N)};
+  const auto scope = static_cast<NoiseScope>(noise_scope);
+  const bool noisy = scope != NoiseScope::none;
+
+  py::array_t<std::uint8_t> status(N);
+  auto* status_data = reinterpret_cast<Status*>(status.mutable_data());
+  PreparedLog prepared;
+  {
+    py::gil_scoped_release release;
+    prepared = filter.prepare(log, status_data);
+  }
+  const py::ssize_t T = times ? times->shape(0) : static_cast<py::ssize_t>(prepared.distinct);
+  const py::ssize_t n = filter.system().state_size();
+  py::array_t<Time> time(T);
+  py::array_t<double> x({T, n}), P({T, n, n}), sse(T), v(noisy ? N : 0), variance(noisy ? N : 0);
+  py::array_t<std::int32_t> degrees(T);
+  const BatchOutput out{time.mutable_data(),    x.mutable_data(), P.mutable_data(),
+                        sse.mutable_data(),     degrees.mutable_data(), status_data,
+                        noisy ? v.mutable_data() : nullptr,
+                        noisy ? variance.mutable_data() : nullptr};
+  const Time* wanted = times ? times->data() : nullptr;
+  BatchSummary summary;
+  {
+    py::gil_scoped_release release;
+    if (noisy) {
+      std::fill_n(out.noise, N, std::numeric_limits<double>::quiet_NaN());
+      std::fill_n(out.noise_variance, N, std::numeric_limits<double>::quiet_NaN());
+    }
+    const BatchRequest request{wanted, static_cast<std::size_t>(T), scope,
+                               delay.value_or(any_delay)};
+    summary = filter.run(prepared, request, out);
+  }
+  return py::make_tuple(time, x, P, sse, degrees, status, v, variance, summary.log_likelihood,
+                        name(summary.status), summary.estimates);
+}
+
+py::dict save(const AnyFilter& filter) {
+  const SavedFilter saved = filter.save();
+  std::vector<Time> valid;
+  std::vector<std::int32_t> sensor;
+  std::vector<double> value;
+  std::vector<std::int64_t> id;
+  for (const Measurement& m : saved.waiting) {
+    valid.push_back(m.valid);
+    sensor.push_back(m.sensor);
+    value.push_back(m.value);
+    id.push_back(m.id);
+  }
+  py::dict out;
+  out["x"] = to_numpy(saved.belief.x);
+  out["P"] = to_numpy(saved.belief.P);
+  out["time"] = saved.time;
+  out["oldest"] = saved.oldest;
+  out["started"] = saved.started;
+  out["likelihood"] = py::make_tuple(saved.likelihood.product, saved.likelihood.exponent,
+                                     saved.likelihood.squares, saved.likelihood.count);
+  out["counters"] = counts(saved.counters);
+  out["waiting"] = py::make_tuple(valid, sensor, value, id);
+  return out;
+}
+
+const char* restore(AnyFilter& filter, const py::dict& in) {
+  SavedFilter saved{};
+  saved.belief = {vector(in["x"].cast<Array>()), matrix(in["P"].cast<Array>())};
+  const auto n = filter.system().state_size();
+  if (saved.belief.x.size() != n || saved.belief.P.rows() != n || saved.belief.P.cols() != n)
+    throw std::invalid_argument("saved state: size does not fit");
+  saved.time = in["time"].cast<Time>();
+  saved.oldest = in["oldest"].cast<Time>();
+  saved.started = in["started"].cast<bool>();
+  const auto likelihood = in["likelihood"].cast<std::tuple<double, std::int64_t, double, std::int64_t>>();
+  saved.likelihood = {std::get<0>(likelihood), std::get<1>(likelihood), std::get<2>(likelihood),
+                      std::get<3>(likelihood)};
+  saved.counters.restore(in["counters"].cast<std::array<std::int64_t, status_count>>());
+  const auto waiting =
+      in["waiting"].cast<std::tuple<std::vector<Time>, std::vector<std::int32_t>,
+                                    std::vector<double>, std::vector<std::int64_t>>>();
+  for (std::size_t i = 0; i < std::get<0>(waiting).size(); ++i)
+    saved.waiting.push_back({std::get<0>(waiting)[i], std::get<2>(waiting).at(i),
+                             std::get<3>(waiting).at(i), std::get<1>(waiting).at(i)});
+  return name(filter.restore(saved));
+}
+
+std::unique_ptr<CompositeStep> make_step(const std::vector<Array>& F, const std::vector<Array>& Q,
+                                         const std::vector<Array>& G, const std::vector<Array>& H,
+                                         const std::vector<Array>& R, const std::vector<Array>& J,
+                                         const std::optional<Array>& Upsilon) {
+  std::vector<Leg> legs;
+  for (std::size_t i = 0; i < F.size(); ++i)
+    legs.push_back({matrix(F[i]), matrix(Q.at(i)), matrix(G.at(i))});
+  std::vector<Observation> observations;
+  for (std::size_t i = 0; i < H.size(); ++i)
+    observations.push_back({matrix(H[i]), matrix(R.at(i)), matrix(J.at(i))});
+  if (!Upsilon) return std::make_unique<CompositeStep>(legs, observations);
+  return std::make_unique<CompositeStep>(legs, observations, matrix(*Upsilon));
+}
+
+py::dict update(const CompositeStep& step, const Array& x, const Array& P, const Array& z,
+                const Array& u, bool sequential) {
+  StepUpdate out;
+  const Status status = sequential
+                            ? step.sequential(vector(x), matrix(P), vector(z), vector(u), out)
+                            : step.composite(vector(x), matrix(P), vector(z), vector(u), out);
+  py::dict result;
+  result["status"] = name(status);
+  if (status != Status::ok) return result;
+  result["x"] = to_numpy(out.x);
+  result["P"] = to_numpy(out.P);
+  result["innovation"] = to_numpy(out.innovation);
+  result["noise"] = to_numpy(out.noise);
+  result["noise_variance"] = to_numpy(out.noise_variance);
+  result["sse"] = out.sse;
+  result["log_likelihood"] = out.log_likelihood;
+  return result;
+}
+
+}  // namespace
+
+void bind_desync(py::module_& module) {
+  py::class_<AnyFilter>(module, "FilterEngine")
+      .def(py::init([](const AnySystem& system, const Array& x, const Array& P,
+                       std::optional<Time> start, std::size_t capacity) {
+             return AnyFilter::make(system, model_belief(x, P), start, capacity);
+           }),
+           py::arg("system"), py::arg("x"), py::arg("P"), py::arg("start"), py::arg("capacity"))
+      .def("with_system", &AnyFilter::with_system, py::arg("system"), py::arg("old_index"))
+      .def("push", [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value,
+                      std::int64_t id) { return static_cast<int>(filter.push(stamp, sensor, value, id)); },
+           py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"))
+      .def("estimate", [](AnyFilter& filter, Time time) {
+             StepError error;
+             const Status status = filter.estimate(time, error);
+             const auto belief = filter.belief();
+             return py::make_tuple(name(status), to_numpy(belief.x), to_numpy(belief.P), error.sse,
+                                   error.degrees);
+           },
+           py::arg("time"))
+      .def("noise", [](const AnyFilter& filter) {
+        const auto estimates = filter.noise();
+        const auto count = static_cast<py::ssize_t>(estimates.size());
+        py::array_t<std::int64_t> id(count);
+        py::array_t<double> value(count), variance(count);
+        for (py::ssize_t i = 0; i < count; ++i) {
+          const NoiseEstimate& e = estimates[static_cast<std::size_t>(i)];
+          id.mutable_at(i) = e.id;
+          value.mutable_at(i) = e.value;
+          variance.mutable_at(i) = e.variance;
+        }
+        return py::make_tuple(id, value, variance);
+      })
+      .def_property_readonly("counters",
+                             [](const AnyFilter& filter) { return counts(filter.counters()); })
+      .def_property_readonly("log_likelihood", &AnyFilter::log_likelihood)
+      .def_property_readonly("waiting", &AnyFilter::waiting)
+      .def("run", &run, py::arg("stamp").noconvert(), py::arg("sensor").noconvert(),
+           py::arg("value").noconvert(), py::arg("times"), py::arg("noise_scope"),
+           py::arg("delay"))
+      .def("save", &save)
+      .def("restore", &restore, py::arg("saved"));
+
+  py::class_<CompositeStep>(module, "CompositeEngine")
+      .def(py::init(&make_step), py::arg("F"), py::arg("Q"), py::arg("G"), py::arg("H"),
+           py::arg("R"), py::arg("J"), py::arg("Upsilon"))
+      .def_property_readonly("separable", &CompositeStep::separable)
+      .def("matrices", [](const CompositeStep& step) {
+        const CompositeMatrices& m = step.matrices();
+        py::dict out;
+        out["F"] = to_numpy(m.F);
+        out["G"] = to_numpy(m.G);
+        out["W"] = to_numpy(m.W);
+        out["Omega"] = to_numpy(m.Omega);
+        out["Upsilon"] = to_numpy(m.Upsilon);
+        out["J"] = to_numpy(m.J);
+        out["HF"] = to_numpy(m.HF);
+        out["L"] = to_numpy(m.L);
+        return out;
+      })
+      .def("backward", [](const CompositeStep& step) -> py::object {
+        BackwardMatrices m;
+        if (!step.backward(m)) return py::none();
+        py::dict out;
+        out["H"] = to_numpy(m.H);
+        out["Theta"] = to_numpy(m.Theta);
+        out["Xi"] = to_numpy(m.Xi);
+        out["Jtilde"] = to_numpy(m.Jtilde);
+        return out;
+      })
+      .def("Gamma", [](const CompositeStep& step, const Array& P) {
+        return to_numpy(step.Gamma(matrix(P)));
+      }, py::arg("P"))
+      .def("update", &update, py::arg("x"), py::arg("P"), py::arg("z"), py::arg("u"),
+           py::arg("sequential"));
+}
+
+}  // namespace surefix::bindings

@@ -1,0 +1,110 @@
+"""Types of the engine. Private: use `import surefix`."""
+
+from collections.abc import Sequence
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+_Floats = npt.NDArray[np.float64]
+_Times = npt.NDArray[np.int64]
+
+__version__: str
+STATUS_NAMES: tuple[str, ...]
+MAX_SECONDS: float
+MAX_LATENCY: float
+MAX_MODEL_STATES: int
+MAX_SENSORS: int
+
+@overload
+def normal_two_sided(risk: float) -> float: ...
+@overload
+def normal_two_sided(risk: npt.ArrayLike) -> _Floats: ...
+def chi_squared_tail(x: npt.ArrayLike, degrees: npt.ArrayLike) -> _Floats: ...
+def chi_squared_threshold(probability: npt.ArrayLike, degrees: npt.ArrayLike) -> _Floats: ...
+
+class Model:
+    @staticmethod
+    def chain(integrators: int, position: bool, root_density: float) -> Model: ...
+    @staticmethod
+    def linear(A: npt.ArrayLike, W: npt.ArrayLike) -> Model: ...
+    @staticmethod
+    def discrete(F: npt.ArrayLike, Q: npt.ArrayLike, period: int) -> Model: ...
+    @property
+    def size(self) -> int: ...
+    def transition(self, elapsed: int) -> tuple[str, _Floats | None, _Floats | None]: ...
+
+class System:
+    def __init__(
+        self,
+        model: Model,
+        observes: npt.ArrayLike,
+        sigma: npt.ArrayLike,
+        latency: npt.ArrayLike,
+        scale_sigma: npt.ArrayLike,
+        scale_time: npt.ArrayLike,
+        bias_sigma: npt.ArrayLike,
+        bias_time: npt.ArrayLike,
+    ) -> None: ...
+    @property
+    def size(self) -> int: ...
+    @property
+    def sensor_count(self) -> int: ...
+    def scale_state(self, sensor: int) -> int: ...
+    def bias_state(self, sensor: int) -> int: ...
+    def transition(self, elapsed: int) -> tuple[str, _Floats | None, _Floats | None]: ...
+    def row(self, sensor: int, x: npt.ArrayLike) -> tuple[_Floats, float]: ...
+
+class FilterEngine:
+    def __init__(
+        self, system: System, x: npt.ArrayLike, P: npt.ArrayLike, start: int | None, capacity: int
+    ) -> None: ...
+    def with_system(self, system: System, old_index: Sequence[int]) -> FilterEngine: ...
+    def push(self, stamp: int, sensor: int, value: float, id: int) -> int: ...
+    def estimate(self, time: int) -> tuple[str, _Floats, _Floats, float, int]: ...
+    def noise(self) -> tuple[_Times, _Floats, _Floats]: ...
+    @property
+    def counters(self) -> tuple[int, ...]: ...
+    @property
+    def log_likelihood(self) -> float: ...
+    @property
+    def waiting(self) -> int: ...
+    def run(
+        self,
+        stamp: _Times,
+        sensor: npt.NDArray[np.int32],
+        value: _Floats,
+        times: _Times | None,
+        noise_scope: int,
+        delay: int | None,
+    ) -> tuple[
+        _Times, _Floats, _Floats, _Floats, npt.NDArray[np.int32], npt.NDArray[np.uint8],
+        _Floats, _Floats, float, str, int,
+    ]: ...  # fmt: skip
+    def save(self) -> dict[str, Any]: ...
+    def restore(self, saved: dict[str, Any]) -> str: ...
+
+class CompositeEngine:
+    def __init__(
+        self,
+        F: Sequence[npt.ArrayLike],
+        Q: Sequence[npt.ArrayLike],
+        G: Sequence[npt.ArrayLike],
+        H: Sequence[npt.ArrayLike],
+        R: Sequence[npt.ArrayLike],
+        J: Sequence[npt.ArrayLike],
+        Upsilon: npt.ArrayLike | None,
+    ) -> None: ...
+    @property
+    def separable(self) -> bool: ...
+    def matrices(self) -> dict[str, _Floats]: ...
+    def backward(self) -> dict[str, _Floats] | None: ...
+    def Gamma(self, P: npt.ArrayLike) -> _Floats: ...
+    def update(
+        self,
+        x: npt.ArrayLike,
+        P: npt.ArrayLike,
+        z: npt.ArrayLike,
+        u: npt.ArrayLike,
+        sequential: bool,
+    ) -> dict[str, Any]: ...

@@ -1,0 +1,1 @@
+"""Models, sensors, and the checks that every argument goes through."""

@@ -1,0 +1,115 @@
+"""Checks of arguments: the value in the form that the engine takes, or an error that names it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix import _core
+from surefix.errors import ConfigError, ShapeError
+
+FloatArray = npt.NDArray[np.float64]
+
+NANOSECONDS = 1e9
+
+
+def number(name: str, value: Any) -> float:
+    """A finite float."""
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        raise ConfigError(f"{name}: expected a number, got {value!r}") from None
+    if not math.isfinite(result):
+        raise ConfigError(f"{name}: expected a finite number, got {result}")
+    return result
+
+
+def not_negative(name: str, value: Any) -> float:
+    """A finite float ≥ 0."""
+    result = number(name, value)
+    if result < 0:
+        raise ConfigError(f"{name}: expected a number >= 0, got {result}")
+    return result
+
+
+def positive(name: str, value: Any) -> float:
+    """A finite float > 0."""
+    result = number(name, value)
+    if result <= 0:
+        raise ConfigError(f"{name}: expected a number > 0, got {result}")
+    return result
+
+
+def time_constant(name: str, value: Any) -> float:
+    """A float > 0, infinity allowed."""
+    return math.inf if value == math.inf else positive(name, value)
+
+
+def probability(name: str, value: Any, smallest: float = 1e-15) -> float:
+    """A float between `smallest` and 1, 1 excluded."""
+    result = number(name, value)
+    if not smallest <= result < 1:
+        raise ConfigError(f"{name}: expected a probability in [{smallest:g}, 1), got {result}")
+    return result
+
+
+def nanoseconds(name: str, value: Any, largest: float = _core.MAX_SECONDS) -> int:
+    """Seconds as the engine's integer nanoseconds."""
+    result = number(name, value)
+    if abs(result) > largest:
+        raise ConfigError(f"{name}: expected at most {largest:g} s in magnitude, got {result}")
+    return round(result * NANOSECONDS)
+
+
+def array(name: str, value: Any, shape: tuple[int | None, ...]) -> FloatArray:
+    """A finite float64 array of `shape`, where None stands for any length."""
+    try:
+        result = np.ascontiguousarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ShapeError(
+            f"{name}: expected numbers of shape {_text(shape)}, got {value!r}"
+        ) from None
+    fits = result.ndim == len(shape) and all(
+        want is None or want == got for want, got in zip(shape, result.shape, strict=True)
+    )
+    if not fits:
+        raise ShapeError(f"{name}: expected shape {_text(shape)}, got {result.shape}")
+    if not np.isfinite(result).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(result))[0])
+        raise ConfigError(f"{name}: expected finite numbers, got {result[where]} at {where}")
+    return result
+
+
+def covariance(name: str, value: Any, size: int | None, *, definite: bool = False) -> FloatArray:
+    """A symmetric positive semidefinite (or definite) matrix, exactly symmetric on return."""
+    result = array(name, value, (size, size))
+    if result.shape[0] != result.shape[1]:
+        raise ShapeError(f"{name}: expected a square matrix, got {result.shape}")
+    scale = np.sqrt(np.outer(np.abs(np.diag(result)), np.abs(np.diag(result))))
+    if (np.abs(result - result.T) > 1e-9 * scale + np.finfo(float).tiny).any():
+        raise ConfigError(f"{name}: expected a symmetric matrix, got {result.tolist()}")
+    result = (result + result.T) / 2
+    if (np.diag(result) < 0).any() or not _is_semidefinite(result, definite):
+        kind = "definite" if definite else "semidefinite"
+        raise ConfigError(f"{name}: expected a positive {kind} matrix, got {result.tolist()}")
+    return result
+
+
+def _is_semidefinite(matrix: FloatArray, definite: bool) -> bool:
+    """By the eigenvalues of the matrix scaled to a unit diagonal, so that units do not matter."""
+    deviation = np.sqrt(np.diag(matrix))
+    if definite and not (deviation > 0).all():
+        return False
+    if (np.abs(matrix[deviation == 0]) > 0).any():
+        return False
+    scale = np.where(deviation > 0, deviation, 1.0)
+    smallest = np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min(initial=1.0)
+    return bool(smallest > 0 if definite else smallest >= -1e-12 * len(matrix))
+
+
+def _text(shape: tuple[int | None, ...]) -> str:
+    lengths = ", ".join("any" if length is None else str(length) for length in shape)
+    return f"({lengths},)" if len(shape) == 1 else f"({lengths})"

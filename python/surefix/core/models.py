@@ -1,0 +1,167 @@
+"""Motion models: how the state moves over any duration.
+
+Each has ``size`` (number of states), ``state_names`` and ``transition(dt) -> F, Q``, and each is
+exact over any Δt: going Δt₁ and then Δt₂ is going Δt₁ + Δt₂.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from surefix import _core
+from surefix.core import checks
+from surefix.core.checks import FloatArray
+from surefix.errors import ConfigError, NumericalError, ShapeError
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Base of the motion models. Not to be made directly."""
+
+    engine: _core.Model = field(init=False, repr=False)
+    state_names: tuple[str, ...] = field(init=False, repr=False)
+    output: int = field(init=False, repr=False)
+    """Index of the state that a sensor reads unless it says otherwise."""
+
+    @property
+    def size(self) -> int:
+        """Number of states n."""
+        return len(self.state_names)
+
+    def transition(self, dt: float) -> tuple[FloatArray, FloatArray]:
+        """F (n, n) and Q (n, n) over ``dt`` ≥ 0 seconds.
+
+        Raises ConfigError if ``dt`` is negative, not finite, or not a whole number of periods of a
+        discrete model; NumericalError if F or Q overflows.
+        """
+        elapsed = checks.nanoseconds("dt", dt)
+        if elapsed < 0:
+            raise ConfigError(f"dt: expected a number >= 0, got {dt}")
+        status, F, Q = self.engine.transition(elapsed)
+        if status == "off_grid":
+            raise ConfigError(f"dt: expected a whole number of the model's periods, got {dt}")
+        if F is None or Q is None:
+            raise NumericalError(f"transition: F or Q overflows over dt = {dt} s")
+        return F, Q
+
+    def _set(self, engine: _core.Model, names: tuple[str, ...], output: int) -> None:
+        object.__setattr__(self, "engine", engine)
+        object.__setattr__(self, "state_names", names)
+        object.__setattr__(self, "output", output)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: self.__dict__[name] for name in self._parameters()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state)  # type: ignore[misc]
+
+    @classmethod
+    def _parameters(cls) -> list[str]:
+        return [name for name, f in cls.__dataclass_fields__.items() if f.init]
+
+
+@dataclass(frozen=True, eq=False)
+class ConstantVelocity(Model):
+    """Speed driven by white acceleration; states ``[speed]`` or ``[position, speed]``.
+
+    ``acceleration``: root spectral density of the acceleration [m/s²/√Hz], so that the variance of
+    the speed grows by acceleration² Δt.
+    """
+
+    acceleration: float
+    position: bool = False
+
+    def __post_init__(self) -> None:
+        q = checks.not_negative("acceleration", self.acceleration)
+        names = ("position", "speed") if self.position else ("speed",)
+        self._set(_core.Model.chain(len(names), bool(self.position), q), names, len(names) - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class ConstantAcceleration(Model):
+    """Acceleration driven by white jerk (Bilenne 2004, eq. 33).
+
+    States ``[speed, acceleration]`` or ``[position, speed, acceleration]``. ``jerk``: root spectral
+    density of the jerk [m/s³/√Hz], so that the variance of the acceleration grows by jerk² Δt.
+    """
+
+    jerk: float
+    position: bool = False
+
+    def __post_init__(self) -> None:
+        q = checks.not_negative("jerk", self.jerk)
+        names = ("speed", "acceleration")
+        if self.position:
+            names = ("position", *names)
+        self._set(_core.Model.chain(len(names), bool(self.position), q), names, len(names) - 2)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel(Model):
+    """Any continuous linear model dx = A x dt + L dw, cov(dw) = Qc dt, discretised exactly.
+
+    ``A`` (n, n) [1/s], ``L`` (n, s), ``Qc`` (s, s); n ≤ 8. ``names``: names of the states.
+    """
+
+    A: FloatArray
+    L: FloatArray
+    Qc: FloatArray
+    names: tuple[str, ...] | None = None
+    reads: int = 0
+    """Index of the state that a sensor reads unless it says otherwise."""
+
+    def __post_init__(self) -> None:
+        A = _square("A", self.A)
+        L = checks.array("L", self.L, (len(A), None))
+        Qc = checks.covariance("Qc", self.Qc, L.shape[1])
+        W = L @ Qc @ L.T
+        engine = _core.Model.linear(A, (W + W.T) / 2)
+        self._set(engine, _names(self.names, len(A)), _index("reads", self.reads, len(A)))
+
+
+@dataclass(frozen=True, eq=False)
+class DiscreteModel(Model):
+    """A model known only at a fixed period: x ← F x + w, cov(w) = Q, every ``period`` seconds.
+
+    ``F`` (n, n), ``Q`` (n, n); n ≤ 8. It has transitions over whole periods only: a measurement
+    between them is answered by the status ``off_grid``.
+    """
+
+    F: FloatArray
+    Q: FloatArray
+    period: float = 1.0
+    names: tuple[str, ...] | None = None
+    reads: int = 0
+    """Index of the state that a sensor reads unless it says otherwise."""
+
+    def __post_init__(self) -> None:
+        F = _square("F", self.F)
+        Q = checks.covariance("Q", self.Q, len(F))
+        period = checks.nanoseconds("period", checks.positive("period", self.period))
+        if period == 0:
+            raise ConfigError(f"period: expected at least 1e-9 s, got {self.period}")
+        engine = _core.Model.discrete(F, Q, period)
+        self._set(engine, _names(self.names, len(F)), _index("reads", self.reads, len(F)))
+
+
+def _square(name: str, value: Any) -> FloatArray:
+    matrix = checks.array(name, value, (None, None))
+    largest = _core.MAX_MODEL_STATES
+    if matrix.shape[0] != matrix.shape[1] or not 1 <= len(matrix) <= largest:
+        raise ShapeError(f"{name}: expected (n, n) with 1 <= n <= {largest}, got {matrix.shape}")
+    return matrix
+
+
+def _names(names: tuple[str, ...] | None, size: int) -> tuple[str, ...]:
+    if names is None:
+        return tuple(f"x{i + 1}" for i in range(size))
+    if len(set(names)) != size or len(names) != size:
+        raise ConfigError(f"names: expected {size} different names, got {list(names)}")
+    return tuple(names)
+
+
+def _index(name: str, value: int, size: int) -> int:
+    if not 0 <= value < size:
+        raise ConfigError(f"{name}: expected the index of a state, 0 to {size - 1}, got {value}")
+    return int(value)

@@ -1,0 +1,102 @@
+"""Sensors as they are: noise, latency, a scale factor that is not quite one, a wandering bias."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from surefix import _core
+from surefix.core import checks
+from surefix.core.models import Model
+from surefix.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One sensor: z(t + latency) = (1 + s) h x(t) + b + v.
+
+    ``sigma``: standard deviation of the white noise v [unit of the reading].
+    ``latency``: a reading belongs to the time of its stamp minus this [s]; may be negative.
+    ``scale_sigma``, ``scale_time``: standard deviation and time constant [s] of the relative
+    scale-factor error s; a constant with the default ``inf``.
+    ``bias_sigma``, ``bias_time``: the same of the bias b [unit of the reading].
+    ``observes``: h, what it reads of the model's state; by default the speed (the first state of a
+    general model).
+
+    s and b are first-order Gauss–Markov processes. Each becomes an extra state of the filter,
+    named ``<sensor>.scale`` or ``<sensor>.bias``, if its sigma is above zero. Raises ConfigError
+    for a negative or infinite sigma, a time constant ≤ 0, an empty name.
+    """
+
+    name: str
+    sigma: float
+    scale_sigma: float = 0.0
+    scale_time: float = math.inf
+    bias_sigma: float = 0.0
+    bias_time: float = math.inf
+    latency: float = 0.0
+    observes: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise ConfigError(f"sensor name: expected a text, got {self.name!r}")
+        where = f"sensor {self.name!r}, "
+        checks.positive(where + "sigma", self.sigma)
+        checks.not_negative(where + "scale_sigma", self.scale_sigma)
+        checks.not_negative(where + "bias_sigma", self.bias_sigma)
+        checks.time_constant(where + "scale_time", self.scale_time)
+        checks.time_constant(where + "bias_time", self.bias_time)
+        checks.nanoseconds(where + "latency", self.latency, _core.MAX_LATENCY)
+        if self.observes is not None:
+            row = checks.array(where + "observes", self.observes, (None,))
+            object.__setattr__(self, "observes", tuple(row.tolist()))
+
+    def row(self, model: Model) -> list[float]:
+        """h for ``model``."""
+        if self.observes is None:
+            return [1.0 if i == model.output else 0.0 for i in range(model.size)]
+        name = f"sensor {self.name!r}, observes"
+        return list(checks.array(name, self.observes, (model.size,)))
+
+
+def make_system(model: Model, sensors: list[Sensor]) -> _core.System:
+    """The engine's system of a model and its sensors."""
+    if not isinstance(model, Model):
+        raise ConfigError(f"model: expected a motion model, got {model!r}")
+    for sensor in sensors:
+        if not isinstance(sensor, Sensor):
+            raise ConfigError(f"sensors: expected Sensor objects, got {sensor!r}")
+    names = [sensor.name for sensor in sensors]
+    if len(set(names)) != len(names):
+        raise ConfigError(f"sensors: expected different names, got {names}")
+    if not 1 <= len(sensors) <= _core.MAX_SENSORS:
+        raise ConfigError(f"sensors: expected 1 to {_core.MAX_SENSORS}, got {len(sensors)}")
+
+    def column(attribute: str) -> Any:
+        return np.array([getattr(sensor, attribute) for sensor in sensors], dtype=np.float64)
+
+    latency = [checks.nanoseconds("latency", s.latency, _core.MAX_LATENCY) for s in sensors]
+    return _core.System(
+        model.engine,
+        np.array([sensor.row(model) for sensor in sensors]),
+        column("sigma"),
+        np.array(latency, dtype=np.int64),
+        column("scale_sigma"),
+        column("scale_time"),
+        column("bias_sigma"),
+        column("bias_time"),
+    )
+
+
+def state_names(model: Model, sensors: list[Sensor]) -> tuple[str, ...]:
+    """Names of all states in the engine's order: the model's, then each sensor's scale and bias."""
+    names = list(model.state_names)
+    for sensor in sensors:
+        if sensor.scale_sigma > 0:
+            names.append(f"{sensor.name}.scale")
+        if sensor.bias_sigma > 0:
+            names.append(f"{sensor.name}.bias")
+    return tuple(names)

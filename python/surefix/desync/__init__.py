@@ -1,0 +1,1 @@
+"""The desynchronized filter: asynchronous measurements, one estimate per step (Bilenne 2004)."""

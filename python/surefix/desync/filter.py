@@ -1,0 +1,253 @@
+"""The linear filter over asynchronous measurements, for whole logs and as a stream."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix import _core
+from surefix.core import checks
+from surefix.core.checks import NANOSECONDS, FloatArray
+from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
+from surefix.core.models import Model
+from surefix.core.sensor import Sensor, make_system, state_names
+from surefix.desync.result import Result
+from surefix.errors import ConfigError, NumericalError, ShapeError
+from surefix.log import NO_TIME, Log
+
+Status = enum.IntEnum("Status", {name: i for i, name in enumerate(_core.STATUS_NAMES)})  # type: ignore[misc]
+"""What became of a measurement; see the table in the documentation of ``desync``."""
+
+_NOISE_SCOPES = {None: 0, "step": 1, "journey": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """The estimate at the end of one step, when streaming.
+
+    ``time`` [s]; ``x`` (n,), ``P`` (n, n); ``lower``, ``upper``: interval of the model's output at
+    the filter's risk; ``sse`` and ``degrees_of_freedom`` of the step. ``noise_id``, ``noise``,
+    ``noise_variance``: number of push, v̂ and its variance of every measurement used in the step.
+    """
+
+    time: float
+    x: FloatArray
+    P: FloatArray
+    lower: float
+    upper: float
+    sse: float
+    degrees_of_freedom: int
+    noise_id: npt.NDArray[np.int64]
+    noise: FloatArray
+    noise_variance: FloatArray
+
+    @property
+    def p_value(self) -> float:
+        """P(χ² > SSE), NaN for a step without measurements."""
+        return float(chi_squared_p_value(self.sse, self.degrees_of_freedom))
+
+
+class DesyncFilter:
+    """Bilenne's desynchronized filter (2004, table 1, corrected) as one scalar update per
+    measurement.
+
+    ``x0`` (n,) and ``P0`` (n, n): the model's state and its covariance at ``start`` [s]; without
+    ``start`` they belong to the earliest measurement of the first step. Scale and bias states of
+    the sensors are added behind them. ``risk``: probability, per estimate, that the interval
+    misses. ``capacity``: measurements that a step can hold when streaming.
+
+    ``run`` filters a whole log and leaves the filter as it is; ``push`` and ``estimate`` stream.
+    Both give the same bits. Raises ShapeError and ConfigError for what does not fit.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        sensors: Sequence[Sensor],
+        x0: npt.ArrayLike,
+        P0: npt.ArrayLike,
+        *,
+        start: float | None = None,
+        risk: float = 1e-11,
+        capacity: int = 4096,
+    ) -> None:
+        self.model = model
+        self.sensors = tuple(sensors)
+        system = make_system(model, list(self.sensors))
+        self.x0 = checks.array("x0", x0, (model.size,))
+        self.P0 = checks.covariance("P0", P0, model.size)
+        self.start = None if start is None else checks.number("start", start)
+        self.risk = checks.probability("risk", risk)
+        if int(capacity) != capacity or capacity < 1:
+            raise ConfigError(f"capacity: expected a whole number >= 1, got {capacity!r}")
+        self.capacity = int(capacity)
+        self._quantile = two_sided_quantile(self.risk)
+        start_ns = None if start is None else checks.nanoseconds("start", start)
+        self._engine = _core.FilterEngine(system, self.x0, self.P0, start_ns, self.capacity)
+        self._pushes = 0
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of all states: the model's, then each sensor's scale and bias."""
+        return state_names(self.model, list(self.sensors))
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """How often each status was answered while streaming."""
+        return dict(zip(_core.STATUS_NAMES, self._engine.counters, strict=True))
+
+    @property
+    def log_likelihood(self) -> float:
+        """log p of all measurements used while streaming."""
+        return self._engine.log_likelihood
+
+    def run(
+        self,
+        log: Log,
+        *,
+        rate: float | None = None,
+        times: npt.ArrayLike | None = None,
+        noise: str | None = "step",
+        delay: float | None = None,
+    ) -> Result:
+        """Filters a whole log, from the filter's initial state.
+
+        Estimates are made ``rate`` times a second from the start until the log is used up, or at
+        ``times`` [s], ascending; without either, at every measurement. ``noise``: 'step' estimates
+        each measurement's noise from its step and the past (the paper's v̂_k|k), 'journey' from the
+        whole log, None not at all. ``delay`` [s]: replays the order of arrival, with the estimate
+        for t made at t + delay: rows stamped later than that are too late; by default none is.
+
+        Rows that cannot be used are counted in the result's ``counts``. Raises ConfigError for
+        times that go backwards, NumericalError if an estimate overflows.
+        """
+        if not isinstance(log, Log):
+            raise ConfigError(f"log: expected a Log, got {log!r}")
+        if noise not in _NOISE_SCOPES:
+            raise ConfigError(f"noise: expected 'step', 'journey' or None, got {noise!r}")
+        if delay is not None and rate is None and times is None:
+            raise ConfigError("delay: expected rate or times with it")
+        code = log.codes_for([sensor.name for sensor in self.sensors])
+        late = None if delay is None else round(checks.not_negative("delay", delay) * NANOSECONDS)
+        wanted = self._times(log, code, rate, times)
+        out = self._engine.run(log.stamp, code, log.value, wanted, _NOISE_SCOPES[noise], late)
+        time_ns, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
+        if ended != "ok":
+            at = "?" if wanted is None else f"{wanted[made] / NANOSECONDS} s"
+            kind = ConfigError if ended in ("time_backwards", "off_grid") else NumericalError
+            raise kind(f"run: no estimate at {at}: {ended}")
+        return Result(
+            time=time_ns / NANOSECONDS, x=x, P=P, sse=sse, degrees_of_freedom=degrees,
+            log_likelihood=log_likelihood, status=status, noise=v, noise_variance=variance,
+            risk=self.risk, output=self.model.output, state_names=self.state_names, log=log,
+        )  # fmt: skip
+
+    def push(self, time: float, sensor: str, value: float) -> Status:
+        """Takes one measurement with its stamp [s]; returns what became of it.
+
+        In any order, as long as it was valid after the last estimate. Never raises on data: NaN,
+        unknown sensors and late measurements are answered by their status and counted.
+        """
+        index = next((i for i, s in enumerate(self.sensors) if s.name == sensor), -1)
+        stamp = round(time * NANOSECONDS) if abs(time) <= _core.MAX_SECONDS else NO_TIME
+        status = Status(self._engine.push(stamp, index, float(value), self._pushes))
+        self._pushes += 1
+        return status
+
+    def estimate(self, time: float) -> Estimate:
+        """Ends the step at ``time`` [s] and returns the estimate there.
+
+        Raises ConfigError if ``time`` is before the last estimate or between the periods of a
+        discrete model, NumericalError on overflow; the filter is then unchanged.
+        """
+        status, x, P, sse, degrees = self._engine.estimate(checks.nanoseconds("time", time))
+        if status in ("time_backwards", "off_grid"):
+            raise ConfigError(f"time: no estimate at {time} s: {status}")
+        if status != "ok":
+            raise NumericalError(f"estimate: no estimate at {time} s: {status}")
+        centre = float(x[self.model.output])
+        width = self._quantile * float(np.sqrt(P[self.model.output, self.model.output]))
+        return Estimate(
+            float(time), x, P, centre - width, centre + width, sse, degrees, *self._engine.noise()
+        )
+
+    def add_sensor(self, sensor: Sensor) -> None:
+        """Adds a sensor while streaming; its scale and bias states start in their stationary
+        distribution, all other states go on."""
+        self._change((*self.sensors, sensor))
+
+    def remove_sensor(self, name: str) -> None:
+        """Removes a sensor while streaming: its states are marginalised out, its measurements
+        that wait in the buffer are dropped."""
+        if name not in [sensor.name for sensor in self.sensors]:
+            known = [sensor.name for sensor in self.sensors]
+            raise ConfigError(f"remove_sensor: no sensor {name!r}; there are {known}")
+        self._change(tuple(sensor for sensor in self.sensors if sensor.name != name))
+
+    def save(self) -> dict[str, Any]:
+        """The state while streaming, as plain values and arrays: ``restore`` continues from it
+        with the same bits."""
+        return {**self._engine.save(), "pushes": self._pushes, "states": self.state_names}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Continues from what ``save`` returned, in a filter of the same model and sensors."""
+        if tuple(saved["states"]) != self.state_names:
+            states = list(saved["states"])
+            raise ShapeError(f"saved: expected states {list(self.state_names)}, got {states}")
+        status = self._engine.restore(dict(saved))
+        if status != "ok":
+            raise ConfigError(f"saved: more measurements wait than capacity {self.capacity} holds")
+        self._pushes = int(saved["pushes"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        names = ("model", "sensors", "x0", "P0", "start", "risk", "capacity")
+        return {"settings": {name: getattr(self, name) for name in names}, "saved": self.save()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state["settings"])  # type: ignore[misc]
+        self.restore(state["saved"])
+
+    def _change(self, sensors: tuple[Sensor, ...]) -> None:
+        old = [sensor.name for sensor in self.sensors]
+        index = [old.index(s.name) if s.name in old else -1 for s in sensors]
+        system = make_system(self.model, list(sensors))
+        self._engine = self._engine.with_system(system, index)
+        self.sensors = sensors
+
+    def _times(
+        self,
+        log: Log,
+        code: npt.NDArray[np.int32],
+        rate: float | None,
+        times: npt.ArrayLike | None,
+    ) -> npt.NDArray[np.int64] | None:
+        """Estimation times [ns]: start + k/rate up to the first at or after the last measurement."""
+        if rate is not None and times is not None:
+            raise ConfigError("run: expected rate or times, got both")
+        if times is not None:
+            wanted = checks.array("times", times, (None,))
+            if len(wanted) == 0 or np.abs(wanted).max() > _core.MAX_SECONDS:
+                raise ConfigError(f"times: expected 1 or more times, got {wanted!r}")
+            return np.rint(wanted * NANOSECONDS).astype(np.int64)
+        if rate is None:
+            return None
+        hertz = checks.positive("rate", rate)
+        usable = (code >= 0) & (log.stamp != NO_TIME) & np.isfinite(log.value)
+        if not usable.any():
+            raise ConfigError("log: no row has a known sensor, a finite time and a finite value")
+        latency = np.array(
+            [checks.nanoseconds("latency", s.latency) for s in self.sensors], dtype=np.int64
+        )
+        valid = log.stamp[usable] - latency[code[usable]]
+        start = int(valid.min()) if self.start is None else round(self.start * NANOSECONDS)
+        last = max(int(valid.max()), start)
+        count = int(np.ceil((last - start) * hertz / NANOSECONDS))
+        if start + round(count * NANOSECONDS / hertz) < last:
+            count += 1  # the product above may round down onto a whole number
+        steps = np.arange(1, max(count, 1) + 1)
+        return start + np.rint(steps * (NANOSECONDS / hertz)).astype(np.int64)

@@ -1,0 +1,136 @@
+"""What a run gives: estimates with their intervals, what became of every row, noise estimates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix import _core
+from surefix.core import checks
+from surefix.core.checks import FloatArray
+from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
+from surefix.errors import SurefixError
+from surefix.log import Log
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A log, filtered. T estimates of n states, N rows of the log.
+
+    ``time`` (T,) [s]; ``x`` (T, n); ``P`` (T, n, n); ``sse`` (T,) and ``degrees_of_freedom`` (T,):
+    sum of squared errors of every step (eq. 27); ``status`` (N,): what became of every row, an
+    index into ``STATUS_NAMES``; ``noise`` and ``noise_variance`` (N,): estimated measurement noise
+    v̂ and its variance (eqs. 25, 26), NaN where a row was not used; empty if not asked for.
+    """
+
+    time: FloatArray
+    x: FloatArray
+    P: FloatArray
+    sse: FloatArray
+    degrees_of_freedom: npt.NDArray[np.int32]
+    log_likelihood: float
+    status: npt.NDArray[np.uint8]
+    noise: FloatArray
+    noise_variance: FloatArray
+    risk: float
+    output: int
+    state_names: tuple[str, ...]
+    log: Log = field(repr=False)
+
+    @property
+    def estimate(self) -> FloatArray:
+        """The model's output, usually the speed (T,)."""
+        return self.x[:, self.output]
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard error of ``estimate`` (T,)."""
+        return np.sqrt(self.P[:, self.output, self.output])
+
+    @property
+    def lower(self) -> FloatArray:
+        """Lower end of the interval that misses the output with probability ``risk`` (T,)."""
+        return self.interval()[0]
+
+    @property
+    def upper(self) -> FloatArray:
+        """Upper end of the same interval (T,)."""
+        return self.interval()[1]
+
+    def interval(
+        self, risk: float | None = None, direction: npt.ArrayLike | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """(lower, upper) of aᵀx, each (T,), per estimate at ``risk``, half of it on each side.
+
+        ``direction``: a (n,); by default the model's output alone. Exact for Gaussian errors: a
+        linear filter's interval assumes that no sensor is faulty.
+        """
+        K = two_sided_quantile(self.risk if risk is None else risk)
+        if direction is None:
+            mean, deviation = self.estimate, self.sigma
+        else:
+            a = checks.array("direction", direction, (self.x.shape[1],))
+            mean, deviation = self.x @ a, np.sqrt(np.einsum("i,tij,j->t", a, self.P, a))
+        return mean - K * deviation, mean + K * deviation
+
+    @property
+    def p_value(self) -> FloatArray:
+        """P(χ² > SSE) of every step (T,), NaN for a step without measurements."""
+        return chi_squared_p_value(self.sse, self.degrees_of_freedom)
+
+    @property
+    def normalised_noise(self) -> FloatArray:
+        """v̂ / √variance (N,): N(0, 1) with no fault, NaN where a row was not used."""
+        return self.noise / np.sqrt(self.noise_variance)
+
+    def flagged(self, false_alarm: float = 0.01) -> npt.NDArray[np.bool_]:
+        """Rows whose noise is too large (N,).
+
+        With healthy sensors and a right model the probability that any row of the run is flagged
+        is at most ``false_alarm`` (Bonferroni: each row at false_alarm / rows used).
+        """
+        if len(self.noise) == 0:
+            raise SurefixError("flagged: run with noise='step' or noise='journey'")
+        used = np.isfinite(self.noise)
+        rate = checks.probability("false_alarm", false_alarm) / max(int(used.sum()), 1)
+        threshold = _core.normal_two_sided(rate)
+        return used & (np.abs(np.where(used, self.normalised_noise, 0.0)) > threshold)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many rows had each status; those that did not occur are left out."""
+        found = np.bincount(self.status, minlength=len(_core.STATUS_NAMES))
+        return {_core.STATUS_NAMES[i]: int(found[i]) for i in np.flatnonzero(found)}
+
+    def to_pandas(self) -> pd.DataFrame:
+        """One row per estimate: time, states, their standard errors, interval, SSE, p-value."""
+        try:
+            import pandas as pd
+        except ImportError:
+            raise SurefixError("to_pandas needs pandas: pip install surefix[io]") from None
+        return pd.DataFrame(self.columns())
+
+    def columns(self) -> dict[str, npt.NDArray[Any]]:
+        """The same as named arrays (T,)."""
+        deviation = np.sqrt(np.diagonal(self.P, axis1=1, axis2=2))
+        table: dict[str, npt.NDArray[Any]] = {"time_s": self.time}
+        for i, name in enumerate(self.state_names):
+            table[name] = self.x[:, i]
+        for i, name in enumerate(self.state_names):
+            table[f"{name}_sigma"] = deviation[:, i]
+        table.update(lower=self.lower, upper=self.upper, sse=self.sse)
+        table.update(degrees_of_freedom=self.degrees_of_freedom, p_value=self.p_value)
+        return table
+
+    def plot(self, **options: Any) -> Figure:
+        """Measurements, estimate, interval and what was flagged; see ``surefix.plots``."""
+        from surefix.plots import plot_result
+
+        return plot_result(self, **options)
