@@ -1,0 +1,111 @@
+// The promise about P: exactly symmetric and never negative, whatever comes.
+#include <gtest/gtest.h>
+
+#include "bits.hpp"
+#include "dense.hpp"
+#include "surefix/core/update.hpp"
+#include "surefix/desync/recursion.hpp"
+#include "systems.hpp"
+
+namespace surefix {
+namespace {
+
+using namespace test;
+
+/// 1 − ρ² of a 2 × 2 covariance, without the cancellation of P₀₀ P₁₁ − P₀₁².
+double decorrelation(const Eigen::Matrix2d& P) {
+  const double product = P(0, 0) * P(1, 1), square = P(0, 1) * P(0, 1);
+  const double product_rest = std::fma(P(0, 0), P(1, 1), -product);
+  const double square_rest = std::fma(P(0, 1), P(0, 1), -square);
+  return ((product - square) + (product_rest - square_rest)) / product;
+}
+
+/// Two variances of any size and a correlation with 1 − ρ² down to 1e-12.
+Eigen::Matrix2d ill_conditioned(Random& random) {
+  const double a = random.log_uniform(1e-3, 1e3), b = random.log_uniform(1e-3, 1e3);
+  const double rho = std::sqrt(1.0 - random.log_uniform(1e-12, 1.0));
+  const double sign = random.uniform() < 0.5 ? -1.0 : 1.0;
+  return Eigen::Matrix2d{{a * a, sign * rho * a * b}, {sign * rho * a * b, b * b}};
+}
+
+TEST(Covariance, OfTheSpeedModelIsNeverNegativeInAMillionSteps) {
+  Random random(19);
+  Gaussian<2> belief{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Identity()};
+  double worst = 1.0, smallest = 1.0;
+  int asymmetric = 0, refused = 0;
+  for (int step = 0; step < 1'000'000; ++step) {
+    if (step % 20 == 0) belief.P = ill_conditioned(random);
+    const ConstantAcceleration model(random.log_uniform(1e-6, 1.0));
+    ChainTransition<2> transition;
+    const double longest = step % 1000 == 999 ? 3e16 : 1e11;
+    (void)model.transition(static_cast<Time>(random.log_uniform(1e6, longest)), transition);
+    predict(belief, transition);
+    smallest = std::min(smallest, decorrelation(belief.P));
+    Innovation<Gaussian<2>> out;
+    const double r = random.log_uniform(1e-6, 1e3);
+    refused += !update(belief, ComponentRow<0>{}, r, random.normal(), out);
+    asymmetric += belief.P(0, 1) != belief.P(1, 0);
+    if (!(belief.P(0, 0) > 0.0 && belief.P(1, 1) > 0.0)) worst = -1.0;
+    worst = std::min(worst, decorrelation(belief.P));
+  }
+  EXPECT_LT(smallest, 1e-11) << "the test does not reach the condition number that it claims";
+  EXPECT_GE(worst, 0.0);
+  EXPECT_EQ(asymmetric, 0);
+  EXPECT_EQ(refused, 0);
+}
+
+TEST(Covariance, OfScaleAndBiasStatesIsNeverNegativeInAMillionSteps) {
+  const AnySystem system = train_system();
+  Random random(20);
+  auto state = desync::start_state(broad(system, 20.0, 1e6), 0);
+  desync::Record<AnySystem> record;
+  double worst = 1.0, smallest = 1.0;
+  int asymmetric = 0, refused = 0;
+  for (int step = 0; step < 1'000'000; ++step) {
+    if (step % 1000 == 0) state = desync::start_state(broad(system, 20.0, 1e6), 0);
+    const Time elapsed = static_cast<Time>(random.log_uniform(1e6, step % 333 == 0 ? 1e12 : 1e10));
+    const desync::Measurement m{state.time + elapsed, 20.0 + random.normal(), step,
+                                random.integer(3)};
+    refused += absorb(system, state, m, record) != Status::ok;
+    const auto& P = state.belief.P;
+    asymmetric += P != P.transpose();
+    if (!(P.diagonal().minCoeff() > 0.0)) worst = -1.0;
+    if (step % 20 != 0) continue;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(P, Eigen::EigenvaluesOnly);
+    const auto& eigenvalues = solver.eigenvalues();
+    smallest = std::min(smallest, eigenvalues(0) / eigenvalues(5));
+    worst = std::min(worst, smallest_correlation_eigenvalue(P));
+  }
+  EXPECT_LT(smallest, 1e-10) << "the test does not reach the condition number that it claims";
+  EXPECT_GE(worst, 0.0);
+  EXPECT_EQ(asymmetric, 0);
+  EXPECT_EQ(refused, 0);
+}
+
+TEST(Covariance, AfterAYearsGapAndPreciseMeasurementsIsThatOfTheTextbook) {
+  for (double q : {1e-3, 0.08, 1.0})
+    for (double sigma : {1e-3, 0.1, 1.0}) {
+      SpeedSystem system{ConstantAcceleration(q)};
+      ASSERT_EQ(system.add(sensor<SpeedSystem>(Eigen::Vector2d{1.0, 0.0}, sigma)),
+                ConfigStatus::ok);
+      auto state = desync::start_state(broad(system), 0);
+      Kalman expected(state.belief);
+      desync::Record<SpeedSystem> record;
+      Time time = 0;
+      for (Time elapsed : {year, 100 * millisecond, 100 * millisecond, second, year, second}) {
+        time += elapsed;
+        ASSERT_EQ(absorb(system, state, {time, 20.0, 0, 0}, record), Status::ok);
+        ChainTransition<2> transition;
+        ASSERT_EQ(system.model().transition(elapsed, transition), Status::ok);
+        expected.predict(dense(transition, 2));
+        const Real innovation = 20.0L - expected.x(0);
+        expected.update(Eigen::Vector2d{1.0, 0.0}, Real(sigma) * sigma, innovation);
+        EXPECT_GE(decorrelation(state.belief.P), 0.0) << q << ", " << sigma;
+        EXPECT_NEAR(state.belief.P(0, 0) / double(expected.P(0, 0)), 1.0, 1e-2);
+        EXPECT_NEAR(state.belief.P(1, 1) / double(expected.P(1, 1)), 1.0, 1e-2);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace surefix
