@@ -63,12 +63,13 @@ py::tuple system_transition(const AnySystem& system, Time elapsed) {
 /// A sensor's row at state x, and the reading it predicts there.
 py::tuple system_row(const AnySystem& system, int sensor, const Array& x) {
   const Eigen::VectorXd state = vector(x);
-  const Linearisation at = system.linearise(sensor, state);
+  const Reading reading = system.read(sensor, state);
   Eigen::VectorXd row = Eigen::VectorXd::Zero(system.state_size());
-  system.with_row(sensor, at, [&](const auto& h) {
-    h.for_each([&](int i, double value) { row(i) = value; });
+  system.with_row(sensor, reading.at, row, [](const auto& h, Eigen::VectorXd& out) {
+    h.for_each([&](int i, double value) { out(i) = value; });
+    return true;
   });
-  return py::make_tuple(to_numpy(row), system.predicted(sensor, at, state));
+  return py::make_tuple(to_numpy(row), reading.predicted);
 }
 
 }  // namespace

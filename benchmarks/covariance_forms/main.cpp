@@ -10,6 +10,7 @@
 
 #include "bierman_thornton.hpp"
 #include "health.hpp"
+#include "joseph_component.hpp"
 #include "joseph_symmetric.hpp"
 #include "joseph_textbook.hpp"
 #include "joseph_two_pass.hpp"
@@ -24,13 +25,14 @@ using Forms = std::tuple<Plain<double, n>, JosephTwoPass<double, n, Keep::upper>
                          JosephTwoPass<double, n, Keep::lower>,
                          JosephTwoPass<double, n, Keep::average>, JosephSymmetric<double, n>,
                          JosephSymmetric<double, n, 4>, JosephTextbook<double, n>,
-                         BiermanThornton<double, n>>;
+                         BiermanThornton<double, n>, JosephComponent<double, n>>;
 using Written2 = std::tuple<TwoState<Written::plain>, TwoState<Written::lower>,
                             TwoState<Written::symmetric>, TwoState<Written::inflated>>;
-constexpr int form_count = 8;
+constexpr int form_count = 9;
 const char* const form_name[form_count] = {
     "a   plain",        "b1u two-pass upper", "b1l two-pass lower", "b2  two-pass average",
-    "b3  symmetric",    "b4  b3 + inflation", "c   textbook",       "d   Bierman-Thornton"};
+    "b3  symmetric",    "b4  b3 + inflation", "c   textbook",       "d   Bierman-Thornton",
+    "b5  component"};
 
 // Calls body(form, index) for every form.
 template <class Tuple, class Body, std::size_t... i>

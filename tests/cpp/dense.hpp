@@ -1,8 +1,7 @@
 // Independent references: dense textbook algebra in long double, sharing no code with the engine.
 #pragma once
 
-#include <Eigen/Dense>
-#include <unsupported/Eigen/MatrixFunctions>
+#include <Eigen/Core>
 
 #include "random.hpp"
 
@@ -42,38 +41,13 @@ Eigen::MatrixXd dense_transposed(const Transition& transition, int n) {
 }
 
 /// `first`, then `second`.
-inline FQ after(const FQ& first, const FQ& second) {
-  return {second.F * first.F, second.F * first.Q * second.F.transpose() + second.Q};
-}
+FQ after(const FQ& first, const FQ& second);
 
 /// Van Loan (1978): F and Q of dx = A x dt + dw, cov(dw) = W dt, from one block exponential.
-inline FQ van_loan(const Eigen::MatrixXd& A, const Eigen::MatrixXd& W, double dt) {
-  const Eigen::Index n = A.rows();
-  MatrixR block = MatrixR::Zero(2 * n, 2 * n);
-  block.topLeftCorner(n, n) = -A.cast<Real>();
-  block.topRightCorner(n, n) = W.cast<Real>();
-  block.bottomRightCorner(n, n) = A.transpose().cast<Real>();
-  block *= dt;
-  const MatrixR exponential = block.exp();
-  const MatrixR F = exponential.bottomRightCorner(n, n).transpose();
-  const MatrixR Q = F * exponential.topRightCorner(n, n);
-  return {F.cast<double>(), Q.cast<double>()};
-}
+FQ van_loan(const Eigen::MatrixXd& A, const Eigen::MatrixXd& W, double dt);
 
 /// The stationary covariance of a stable A: A P + P Aᵀ + W = 0.
-inline Eigen::MatrixXd lyapunov(const Eigen::MatrixXd& A, const Eigen::MatrixXd& W) {
-  const Eigen::Index n = A.rows();
-  MatrixR system = MatrixR::Zero(n * n, n * n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j)
-      for (Eigen::Index k = 0; k < n; ++k) {
-        system(i + n * j, k + n * j) += A(i, k);
-        system(i + n * j, i + n * k) += A(j, k);
-      }
-  const VectorR right = -Eigen::Map<const Eigen::VectorXd>(W.data(), n * n).cast<Real>();
-  const VectorR P = system.fullPivLu().solve(right);
-  return Eigen::Map<const MatrixR>(P.data(), n, n).cast<double>();
-}
+Eigen::MatrixXd lyapunov(const Eigen::MatrixXd& A, const Eigen::MatrixXd& W);
 
 /// The Kalman filter of the textbook, covariance in Joseph's form with full matrices.
 struct Kalman {
@@ -84,60 +58,32 @@ struct Kalman {
   explicit Kalman(const Belief& belief)
       : x(belief.x.template cast<Real>()), P(belief.P.template cast<Real>()) {}
 
-  void predict(const FQ& transition) {
-    const MatrixR F = transition.F.cast<Real>();
-    x = F * x;
-    P = F * P * F.transpose() + transition.Q.cast<Real>();
-  }
+  void predict(const FQ& transition);
   /// Row h, noise variance r, innovation ν = z − ẑ; returns S.
-  Real update(const Eigen::VectorXd& row, Real r, Real innovation) {
-    const VectorR h = row.cast<Real>();
-    const Real S = h.dot(P * h) + r;
-    const VectorR k = P * h / S;
-    const MatrixR A = MatrixR::Identity(x.size(), x.size()) - k * h.transpose();
-    x += k * innovation;
-    P = A * P * A.transpose() + r * k * k.transpose();
-    return S;
-  }
+  Real update(const Eigen::VectorXd& h, Real r, Real innovation);
 };
 
 /// Largest difference, relative to the largest entry expected.
+double error(const MatrixR& actual, const MatrixR& expected);
 template <class A, class B>
 double error(const Eigen::MatrixBase<A>& actual, const Eigen::MatrixBase<B>& expected) {
-  const MatrixR a = actual.template cast<Real>(), e = expected.template cast<Real>();
-  const Real scale = e.cwiseAbs().maxCoeff();
-  return static_cast<double>((a - e).cwiseAbs().maxCoeff() / (scale > 0 ? scale : 1));
+  return error(MatrixR(actual.template cast<Real>()), MatrixR(expected.template cast<Real>()));
 }
 
 /// Largest difference of P_ij, relative to √(P_ii P_jj): the same in any units.
+double covariance_error(const MatrixR& actual, const MatrixR& expected);
 template <class A, class B>
 double covariance_error(const Eigen::MatrixBase<A>& actual, const Eigen::MatrixBase<B>& expected) {
-  const MatrixR a = actual.template cast<Real>(), e = expected.template cast<Real>();
-  const VectorR scale = e.diagonal().cwiseSqrt().cwiseInverse();
-  return static_cast<double>(
-      (scale.asDiagonal() * (a - e) * scale.asDiagonal()).cwiseAbs().maxCoeff());
+  return covariance_error(MatrixR(actual.template cast<Real>()),
+                          MatrixR(expected.template cast<Real>()));
 }
 
 /// Smallest eigenvalue of the correlation matrix of P; −∞ if a variance is not positive.
-template <class Derived>
-double smallest_correlation_eigenvalue(const Eigen::MatrixBase<Derived>& P) {
-  const MatrixR full = P.template cast<Real>();
-  if (!(full.diagonal().minCoeff() > 0)) return -std::numeric_limits<double>::infinity();
-  const VectorR scale = full.diagonal().cwiseSqrt().cwiseInverse();
-  const MatrixR correlation = scale.asDiagonal() * full * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixR> solver(correlation, Eigen::EigenvaluesOnly);
-  return static_cast<double>(solver.eigenvalues()(0));
-}
+double smallest_correlation_eigenvalue(const Eigen::MatrixXd& P);
 
-inline Eigen::MatrixXd random_matrix(Random& random, int rows, int columns) {
-  return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return random.normal(); });
-}
+Eigen::MatrixXd random_matrix(Random& random, int rows, int columns);
 
 /// Exactly symmetric, positive definite, of condition number about 10.
-inline Eigen::MatrixXd random_covariance(Random& random, int n) {
-  const Eigen::MatrixXd A = random_matrix(random, n, n);
-  const Eigen::MatrixXd S = A * A.transpose() + 0.5 * Eigen::MatrixXd::Identity(n, n);
-  return 0.5 * (S + S.transpose());
-}
+Eigen::MatrixXd random_covariance(Random& random, int n);
 
 }  // namespace surefix::test

@@ -1,6 +1,8 @@
 // The systems and logs that the tests share.
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "random.hpp"
@@ -111,9 +113,7 @@ struct Columns {
     noise.assign(N, std::numeric_limits<double>::quiet_NaN());
     noise_variance = noise;
   }
-  desync::LogView view() const {
-    return {stamp.data(), sensor.data(), value.data(), stamp.size()};
-  }
+  desync::LogView view() const { return {stamp.data(), sensor.data(), value.data(), stamp.size()}; }
   desync::BatchOutput output() {
     return {time.data(),    x.data(),      P.data(),     sse.data(),
             degrees.data(), status.data(), noise.data(), noise_variance.data()};

@@ -66,10 +66,10 @@ class FilterOf final : public AnyFilter {
 
   PreparedLog prepare(const LogView& log, Status* status) const override {
     PreparedLog prepared;
-    sort_log(filter_.system(), log, prepared.sorted, status);
-    const bool empty = prepared.sorted.empty();
-    prepared.start = settings_.start.value_or(empty ? 0 : prepared.sorted.front().valid);
-    prepared.distinct = distinct_times(prepared.sorted, prepared.start);
+    prepared.sorted = SortedLog(filter_.system(), log, status);
+    const bool empty = prepared.sorted.size() == 0;
+    prepared.start = settings_.start.value_or(empty ? 0 : prepared.sorted[0].valid);
+    prepared.distinct = prepared.sorted.distinct_times(prepared.start);
     return prepared;
   }
 

@@ -41,8 +41,7 @@ TEST(CarryOver, ANewSensorsStatesAreStationaryAndIndependent) {
   AnySystem larger = train_system();
   ASSERT_EQ(larger.add(beacon()), ConfigStatus::ok);
   const auto belief = correlated();
-  const auto to =
-      carry_over(train_system(), belief, larger, [](int s) { return s < 3 ? s : -1; });
+  const auto to = carry_over(train_system(), belief, larger, [](int s) { return s < 3 ? s : -1; });
   ASSERT_EQ(to.size(), 8);
   EXPECT_TRUE(same_bits(to.x.head(6), belief.x));
   EXPECT_TRUE(same_bits(to.P.topLeftCorner(6, 6), belief.P));

@@ -69,8 +69,8 @@ TYPED_TEST(IntegratorChainTest, AYearIsFinite) {
 TYPED_TEST(IntegratorChainTest, TransposedIsTheTranspose) {
   typename TypeParam::Transition transition;
   ASSERT_EQ(TypeParam(1.0).transition(3 * second, transition), Status::ok);
-  const int n = TypeParam::size;
-  EXPECT_TRUE(same_bits(dense_transposed(transition, n), dense(transition, n).F.transpose()));
+  EXPECT_TRUE(
+      same_bits(dense_transposed(transition, this->n), dense(transition, this->n).F.transpose()));
 }
 
 TEST(ConstantAcceleration, IsEquation33OfBilenne) {

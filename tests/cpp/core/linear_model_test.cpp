@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include "bits.hpp"
 #include "dense.hpp"
 #include "systems.hpp"

@@ -64,8 +64,7 @@ TEST(System, RowsAreTheDerivativesOfTheReadings) {
       AnySystem::Belief::Vector above = x, below = x;
       above(i) += step;
       below(i) -= step;
-      const double slope =
-          (reading(system, s, above) - reading(system, s, below)) / (2.0 * step);
+      const double slope = (reading(system, s, above) - reading(system, s, below)) / (2.0 * step);
       EXPECT_NEAR(h(i), slope, 1e-10) << "sensor " << s << ", state " << i;
     }
   }

@@ -13,12 +13,16 @@ namespace surefix {
 /// Accumulates Σ log S_i and Σ ν_i² / S_i.
 class LogLikelihood {
  public:
-  /// `square`: ν² / S.
-  SUREFIX_INLINE void add(double variance, double square) noexcept {
-    product_ *= normalised(variance);
-    if (!(product_ > 1e-140 && product_ < 1e140)) product_ = set_aside(product_);
-    squares_ += square;
-    ++count_;
+  /// One innovation's variance S.
+  SUREFIX_INLINE void add_variance(double variance) noexcept {
+    const double product = product_ * variance;
+    const bool middle = product > 1e-140 && product < 1e140;
+    product_ = middle ? product : set_aside(product_) * set_aside(variance);
+  }
+  /// The sum of ν² / S over `count` innovations whose variances were added.
+  SUREFIX_INLINE void add_squares(double sum, std::int64_t count) noexcept {
+    squares_ += sum;
+    count_ += count;
   }
 
   /// log p(z) = −½ (N log 2π + Σ log S_i + Σ ν_i² / S_i).
@@ -44,14 +48,11 @@ class LogLikelihood {
   }
 
  private:
-  [[nodiscard]] SUREFIX_INLINE double set_aside(double value) noexcept {
+  [[nodiscard]] double set_aside(double value) noexcept {
     int exponent = 0;
     const double mantissa = std::frexp(value, &exponent);
     exponent_ += exponent;
     return mantissa;
-  }
-  [[nodiscard]] SUREFIX_INLINE double normalised(double variance) noexcept {
-    return variance > 1e-140 && variance < 1e140 ? variance : set_aside(variance);
   }
 
   double product_ = 1.0;

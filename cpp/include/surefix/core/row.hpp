@@ -2,6 +2,7 @@
 //   dot(v)       h v
 //   times(P)     P hᵀ
 //   for_each(f)  f(index, coefficient) for every entry that is not zero
+//   component    the index if the row reads one component as it is, known at compile time; else −1
 #pragma once
 
 #include <array>
@@ -13,6 +14,8 @@ namespace surefix {
 /// The row that reads component I of the state: multiplications by zero and one cost nothing.
 template <int I>
 struct ComponentRow {
+  static constexpr int component = I;
+
   template <class Vector>
   [[nodiscard]] SUREFIX_INLINE auto dot(const Vector& v) const noexcept {
     return v(I);
@@ -33,6 +36,8 @@ struct ComponentRow {
 template <int Max>
 class SparseRow {
  public:
+  static constexpr int component = -1;
+
   void add(int index, double coefficient) noexcept {
     index_[static_cast<std::size_t>(count_)] = index;
     coefficient_[static_cast<std::size_t>(count_)] = coefficient;
@@ -72,6 +77,7 @@ class SparseRow {
 /// A row given as a dense vector of the state's size.
 template <class Vector>
 struct DenseRow {
+  static constexpr int component = -1;
   const Vector& h;
 
   template <class V>

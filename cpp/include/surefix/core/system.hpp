@@ -18,6 +18,12 @@ struct Linearisation {
   double level;
 };
 
+/// The predicted reading ẑ, and where it is linearised.
+struct Reading {
+  Linearisation at;
+  double predicted;
+};
+
 /// `SensorStates`: how many scale and bias states the sensors have together, or Eigen::Dynamic
 /// with at most `MaxSensorStates`.
 template <class Model, int SensorStates = 0, int MaxSensorStates = SensorStates, int MaxSensors = 8>
@@ -94,36 +100,41 @@ class System {
     return model_.transition(elapsed, out.model);
   }
 
+  /// What the sensor should read at state x, and where that is linearised.
   template <class Vector>
-  [[nodiscard]] SUREFIX_INLINE Linearisation linearise(int index, const Vector& x) const noexcept {
+  [[nodiscard]] SUREFIX_INLINE Reading read(int index, const Vector& x) const noexcept {
     const Watcher& w = watcher(index);
-    if (w.plain) return {1.0, 0.0};  // nobody reads its level
+    if constexpr (Model::output >= 0)
+      if (w.plain) return {{1.0, 0.0}, x(Model::output)};
+    const Vector apart = x;  // see `with_row`
     double level = 0.0;
-    for (int i = 0; i < model_size(); ++i) level += w.sensor.observes(i) * x(i);
-    return {w.scale_state < 0 ? 1.0 : 1.0 + x(w.scale_state), level};
+    for (int i = 0; i < model_size(); ++i) level += w.sensor.observes(i) * apart(i);
+    const double gain = w.scale_state < 0 ? 1.0 : 1.0 + apart(w.scale_state);
+    return {{gain, level}, gain * level + (w.bias_state < 0 ? 0.0 : apart(w.bias_state))};
   }
 
-  /// ẑ, what the sensor should read.
-  template <class Vector>
-  [[nodiscard]] SUREFIX_INLINE double predicted(int index, const Linearisation& at, const Vector& x) const noexcept {
+  /// Calls `visit(row, value)` with the sensor's row ∂ẑ/∂x and returns what it returns. Rows that
+  /// are put together at run time work on a copy of `value`: one index that is not a constant
+  /// would force a small belief out of the registers on every path.
+  template <class Value, class Visit>
+  SUREFIX_INLINE auto with_row(int index, const Linearisation& at, Value& value,
+                               Visit&& visit) const noexcept {
     const Watcher& w = watcher(index);
     if constexpr (Model::output >= 0)
-      if (w.plain) return x(Model::output);
-    return at.gain * at.level + (w.bias_state < 0 ? 0.0 : x(w.bias_state));
-  }
-
-  /// Calls `visit(row)` with the sensor's row ∂ẑ/∂x and returns what it returns.
-  template <class Visit>
-  SUREFIX_INLINE auto with_row(int index, const Linearisation& at, Visit&& visit) const noexcept {
-    const Watcher& w = watcher(index);
-    if constexpr (Model::output >= 0)
-      if (w.plain) return visit(ComponentRow<Model::output>{});
+      if (w.plain) return visit(ComponentRow<Model::output>{}, value);
     SparseRow<Model::max_size + 2> row;
     for (int i = 0; i < model_size(); ++i)
       if (w.sensor.observes(i) != 0.0) row.add(i, at.gain * w.sensor.observes(i));
     if (w.scale_state >= 0) row.add(w.scale_state, at.level);
     if (w.bias_state >= 0) row.add(w.bias_state, 1.0);
-    return visit(row);
+    if constexpr (dynamic) {
+      return visit(row, value);
+    } else {
+      Value apart = value;
+      const auto result = visit(row, apart);
+      assign(value, apart);
+      return result;
+    }
   }
 
  private:

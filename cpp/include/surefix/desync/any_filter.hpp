@@ -31,7 +31,7 @@ struct BatchSummary {
 
 /// A log sorted for a batch, between `prepare` and `run`.
 struct PreparedLog {
-  std::vector<Measurement> sorted;
+  SortedLog sorted;
   std::size_t distinct = 0;  ///< distinct validity times from the start on
   Time start = 0;
 };

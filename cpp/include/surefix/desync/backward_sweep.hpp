@@ -37,6 +37,17 @@ struct Adjoint {
   }
 };
 
+/// to ← from, component by component, as for a belief.
+template <class Belief>
+SUREFIX_INLINE void assign(Adjoint<Belief>& to, const Adjoint<Belief>& from) noexcept {
+  constexpr int N = Belief::fixed_size;
+  const int n = static_cast<int>(from.lambda.size());
+  loop<N>(n, [&](int j) SUREFIX_LAMBDA {
+    to.lambda(j) = from.lambda(j);
+    loop<N>(n, [&](int i) SUREFIX_LAMBDA { to.Lambda(i, j) = from.Lambda(i, j); });
+  });
+}
+
 /// (Γ⁻¹γ)_i and (Γ⁻¹)_ii of one measurement.
 struct Whitened {
   double value;
@@ -86,9 +97,10 @@ void backward_sweep(const System& system, const Record<System>* records, std::si
   typename System::Transition transition;
   for (std::size_t i = count; i-- > 0;) {
     const Record<System>& record = records[i];
-    const Whitened w = system.with_row(record.sensor, record.at, [&](const auto& row) SUREFIX_LAMBDA {
-      return sweep_back(adjoint, row, record.innovation);
-    });
+    const Whitened w = system.with_row(
+        record.sensor, record.at, adjoint, [&](const auto& row, auto& value) SUREFIX_LAMBDA {
+          return sweep_back(value, row, record.innovation);
+        });
     visit(i, record, w);
     if (i == 0 || records[i - 1].valid == record.valid) continue;
     // The forward pass made this transition, in one leg or in several; it cannot fail now.

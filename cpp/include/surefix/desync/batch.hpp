@@ -1,24 +1,11 @@
 // A whole log at once: the same recursion, so the same bits as measurement by measurement.
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
 #include "surefix/desync/noise_estimate.hpp"
 #include "surefix/desync/recursion.hpp"
+#include "surefix/desync/sorted_log.hpp"
 
 namespace surefix::desync {
-
-/// A log in the order of its rows: `count` stamps [ns], sensors (index, −1 if unknown), values.
-struct LogView {
-  const Time* stamp;
-  const std::int32_t* sensor;
-  const double* value;
-  std::size_t count;
-};
-
-/// Stamp of a row whose time was NaN, infinite or out of range.
-inline constexpr Time no_time = std::numeric_limits<Time>::min();
 
 /// Which measurements the noise of a measurement is estimated from.
 enum class NoiseScope : std::uint8_t {
@@ -52,102 +39,164 @@ struct BatchOutput {
   double* noise_variance;  ///< (N), as `noise`
 };
 
-/// Sorts the usable rows by validity into `sorted`; writes the status of all others.
-template <class System>
-void sort_log(const System& system, const LogView& log, std::vector<Measurement>& sorted,
-              Status* status) {
-  sorted.clear();
-  sorted.reserve(log.count);
-  bool in_order = true;
-  for (std::size_t i = 0; i < log.count; ++i) {
-    const std::int32_t s = log.sensor[i];
-    if (s < 0 || s >= system.sensor_count()) {
-      status[i] = Status::unknown_sensor;
-    } else if (!std::isfinite(log.value[i]) || log.stamp[i] == no_time) {
-      status[i] = Status::not_finite;
-    } else {
-      const Measurement m{log.stamp[i] - system.sensor(s).latency, log.value[i],
-                          static_cast<std::int64_t>(i), s};
-      in_order = in_order && (sorted.empty() || before(sorted.back(), m));
-      sorted.push_back(m);
-      status[i] = Status::ok;
-    }
-  }
-  if (in_order) return;  // strictly, so nothing is repeated either
-  std::stable_sort(sorted.begin(), sorted.end(), before);
-  const auto last = std::unique(sorted.begin(), sorted.end(),
-                                [&](const Measurement& a, const Measurement& b) {
-                                  const bool again = repeats(a, b);
-                                  if (again) status[b.id] = Status::repeated;
-                                  return again;
-                                });
-  sorted.erase(last, sorted.end());
+/// x (n) and P (n × n) into plain arrays.
+template <class Belief>
+SUREFIX_INLINE void write(const Belief& belief, double* x, double* P) noexcept {
+  constexpr int N = Belief::fixed_size;
+  const int n = belief.size();
+  loop<N>(n, [&](int j) SUREFIX_LAMBDA {
+    x[j] = belief.x(j);
+    loop<N>(n, [&](int i) SUREFIX_LAMBDA { P[j * n + i] = belief.P(i, j); });
+  });
 }
 
-/// How many different validity times there are in a sorted log from `start` on.
-[[nodiscard]] inline std::size_t distinct_times(const std::vector<Measurement>& sorted,
-                                                Time start) noexcept {
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < sorted.size(); ++i)
-    if (sorted[i].valid >= start && (i == 0 || sorted[i].valid != sorted[i - 1].valid)) ++n;
-  return n;
+/// The records of a batch, and where their noise goes; nothing at all where it is not asked for.
+template <class System, NoiseScope scope>
+class NoiseWriter {
+ public:
+  NoiseWriter(const System& system, const BatchOutput& out, std::size_t count)
+      : system_(system), out_(out) {
+    if (scope == NoiseScope::journey) records_.reserve(count);
+  }
+  void keep(const Record<System>& record) {
+    if constexpr (scope != NoiseScope::none) records_.push_back(record);
+  }
+  void end_step() {
+    if constexpr (scope == NoiseScope::step) write();
+  }
+  void end_journey() {
+    if constexpr (scope == NoiseScope::journey) write();
+  }
+
+ private:
+  void write() {
+    estimate_noise(system_, records_.data(), records_.size(),
+                   [&](std::size_t, const NoiseEstimate& estimate) {
+                     out_.noise[estimate.id] = estimate.value;
+                     out_.noise_variance[estimate.id] = estimate.variance;
+                   });
+    records_.clear();
+  }
+
+  const System& system_;
+  const BatchOutput& out_;
+  std::vector<Record<System>> records_;
+};
+
+/// One batch under way. The state is a local of the loops, so that it may live in registers.
+template <class System, NoiseScope scope>
+class BatchRun {
+  using State = RecursionState<typename System::Belief>;
+
+ public:
+  BatchRun(const System& system, const SortedLog& sorted, const BatchOutput& out)
+      : system_(system), sorted_(sorted), out_(out), noise_(system, out, sorted.size()) {}
+
+  /// Measurements valid before the start are too late; returns the first that is not.
+  [[nodiscard]] std::size_t skip(Time oldest) const noexcept {
+    std::size_t next = 0;
+    for (; next < sorted_.size() && sorted_[next].valid < oldest; ++next)
+      out_.status[sorted_[next].id] = Status::too_late;
+    return next;
+  }
+
+  /// An estimate at every distinct validity time.
+  Status at_every_measurement(State& target, std::size_t& made) {
+    State state = target;
+    const std::size_t count = sorted_.size();
+    std::size_t done = 0;
+    Status status = Status::ok;
+    for (std::size_t next = skip(state.oldest); next < count && status == Status::ok; ++next) {
+      const Measurement m = sorted_[next];
+      use(state, m);
+      if (next + 1 < count && sorted_[next + 1].valid == m.valid) continue;
+      status = close(state, m.valid, done);
+      if (status == Status::ok) ++done;
+    }
+    return finish(state, status, done, target, made);
+  }
+
+  /// Estimates at the times of the request.
+  Status at_times(const BatchRequest& request, State& target, std::size_t& made) {
+    State state = target;
+    const std::size_t count = sorted_.size();
+    std::size_t next = skip(state.oldest), done = 0;
+    Status status = Status::ok;
+    for (; done < request.T && status == Status::ok; ++done) {
+      const Time time = request.times[done];
+      for (; next < count && sorted_[next].valid <= time; ++next) {
+        const Measurement m = sorted_[next];
+        const bool late = request.delay != any_delay && sorted_.stamp(next) > time + request.delay;
+        if (late) out_.status[m.id] = Status::too_late;
+        if (!late) use(state, m);
+      }
+      status = time < state.time ? Status::time_backwards : close(state, time, done);
+      if (status != Status::ok) break;
+    }
+    for (; next < count; ++next) out_.status[sorted_[next].id] = Status::waiting;
+    return finish(state, status, done, target, made);
+  }
+
+ private:
+  SUREFIX_INLINE void use(State& state, const Measurement& m) {
+    Record<System> record;
+    const Status status = absorb(system_, state, m, record);
+    if (status == Status::ok) {
+      noise_.keep(record);
+    } else {
+      out_.status[m.id] = status;
+    }
+  }
+  SUREFIX_INLINE Status close(State& state, Time time, std::size_t estimate) {
+    const std::size_t n = static_cast<std::size_t>(system_.state_size());
+    StepError error;
+    const Status status = close_step(system_, state, time, error);
+    if (status != Status::ok) return status;
+    out_.time[estimate] = time;
+    out_.sse[estimate] = error.sse;
+    out_.degrees[estimate] = error.degrees;
+    write(state.belief, out_.x + estimate * n, out_.P + estimate * n * n);
+    noise_.end_step();
+    return status;
+  }
+  Status finish(const State& state, Status status, std::size_t done, State& target,
+                std::size_t& made) {
+    made = done;
+    if (status != Status::ok) return status;
+    noise_.end_journey();
+    target = state;
+    return status;
+  }
+
+  const System& system_;
+  const SortedLog& sorted_;
+  const BatchOutput out_;
+  NoiseWriter<System, scope> noise_;
+};
+
+template <NoiseScope scope, class System>
+Status run_batch(const System& system, RecursionState<typename System::Belief>& target,
+                 const SortedLog& sorted, const BatchRequest& request, const BatchOutput& out,
+                 std::size_t& made) {
+  BatchRun<System, scope> run(system, sorted, out);
+  return request.times == nullptr ? run.at_every_measurement(target, made)
+                                  : run.at_times(request, target, made);
 }
 
 /// Runs `target` over a sorted log. Stops at the first estimate that cannot be made and returns
 /// its status; `made` counts the estimates before it.
 template <class System>
 Status run_batch(const System& system, RecursionState<typename System::Belief>& target,
-                 const std::vector<Measurement>& sorted, const BatchRequest& request,
-                 const BatchOutput& out, std::size_t& made) {
-  RecursionState<typename System::Belief> state = target;  // local: it may live in registers
-  const std::size_t n = static_cast<std::size_t>(system.state_size());
-  const bool keep_all = request.scope == NoiseScope::journey;
-  const bool keep_any = request.scope != NoiseScope::none;
-  std::vector<Record<System>> records;
-  if (keep_all) records.reserve(sorted.size());
-  Record<System> record;
-  const auto write_noise = [&] {
-    estimate_noise(system, records.data(), records.size(),
-                   [&](std::size_t, const NoiseEstimate& estimate) {
-                     out.noise[estimate.id] = estimate.value;
-                     out.noise_variance[estimate.id] = estimate.variance;
-                   });
-  };
-  const auto arrives_after = [&](const Measurement& m, Time time) {
-    return request.delay != any_delay &&
-           m.valid + system.sensor(m.sensor).latency > time + request.delay;
-  };
-
-  std::size_t next = 0;
-  for (; next < sorted.size() && sorted[next].valid < state.oldest; ++next)
-    out.status[sorted[next].id] = Status::too_late;
-  for (made = 0; made < request.T; ++made) {
-    const Time time = request.times != nullptr ? request.times[made] : sorted[next].valid;
-    if (time < state.time) return Status::time_backwards;
-    for (; next < sorted.size() && sorted[next].valid <= time; ++next) {
-      const Status status = arrives_after(sorted[next], time)
-                                ? Status::too_late
-                                : absorb(system, state, sorted[next], record);
-      if (status != Status::ok) out.status[sorted[next].id] = status;
-      if (status == Status::ok && keep_any) records.push_back(record);
-    }
-    StepError error;
-    const Status closed = close_step(system, state, time, error);
-    if (closed != Status::ok) return closed;
-    out.time[made] = time;
-    out.sse[made] = error.sse;
-    out.degrees[made] = error.degrees;
-    for (std::size_t i = 0; i < n; ++i) out.x[made * n + i] = state.belief.x.data()[i];
-    for (std::size_t i = 0; i < n * n; ++i) out.P[made * n * n + i] = state.belief.P.data()[i];
-    if (request.scope == NoiseScope::step) {
-      write_noise();
-      records.clear();
-    }
+                 const SortedLog& sorted, const BatchRequest& request, const BatchOutput& out,
+                 std::size_t& made) {
+  switch (request.scope) {
+    case NoiseScope::step:
+      return run_batch<NoiseScope::step>(system, target, sorted, request, out, made);
+    case NoiseScope::journey:
+      return run_batch<NoiseScope::journey>(system, target, sorted, request, out, made);
+    default:
+      return run_batch<NoiseScope::none>(system, target, sorted, request, out, made);
   }
-  for (; next < sorted.size(); ++next) out.status[sorted[next].id] = Status::waiting;
-  if (keep_all) write_noise();
-  target = state;
-  return Status::ok;
 }
 
 }  // namespace surefix::desync

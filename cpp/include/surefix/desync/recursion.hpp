@@ -3,6 +3,8 @@
 // (`composite_step.hpp`), which is the same thing when Υ is block diagonal.
 #pragma once
 
+#include <limits>
+
 #include "surefix/core/log_likelihood.hpp"
 #include "surefix/desync/backward_sweep.hpp"
 #include "surefix/desync/measurement.hpp"
@@ -41,10 +43,11 @@ template <class System>
   const Status status = system.transition(to - from, transition);
   if (status != Status::ok) return status;
   predict(belief, transition);
-  return is_finite(belief) ? Status::ok : Status::numerical;
+  return Status::ok;
 }
 
-/// Predicts to `m.valid` ≥ `state.time` and updates. On any status but ok the state is unchanged.
+/// Predicts to `m.valid` ≥ `state.time` and updates. On any status but ok the state is unchanged:
+/// `numerical` if ν²/S is not a finite number.
 template <class System>
 [[nodiscard]] SUREFIX_INLINE Status absorb(const System& system,
                                            RecursionState<typename System::Belief>& state,
@@ -52,21 +55,22 @@ template <class System>
   typename System::Belief belief = state.belief;
   const Status moved = move(system, belief, state.time, m.valid);
   if (moved != Status::ok) return moved;
-  const Linearisation at = system.linearise(m.sensor, belief.x);
+  const Reading reading = system.read(m.sensor, belief.x);
   const double sigma = system.sensor(m.sensor).sigma;
-  const double innovation = m.value - system.predicted(m.sensor, at, belief.x);
-  const bool updated = system.with_row(m.sensor, at, [&](const auto& row) SUREFIX_LAMBDA {
-    return update(belief, row, sigma * sigma, innovation, record.innovation);
-  });
-  if (!updated || !is_finite(belief)) return Status::numerical;
+  const double innovation = m.value - reading.predicted;
+  const bool updated = system.with_row(
+      m.sensor, reading.at, belief, [&](const auto& row, auto& value) SUREFIX_LAMBDA {
+        return update(value, row, sigma * sigma, innovation, record.innovation);
+      });
+  const double square = innovation * innovation / record.innovation.variance;
+  if (!updated || !(square <= std::numeric_limits<double>::max())) return Status::numerical;
   record.valid = m.valid;
   record.id = m.id;
   record.sensor = m.sensor;
-  record.at = at;
+  record.at = reading.at;
   assign(state.belief, belief);
   state.time = m.valid;
-  const double square = innovation * innovation / record.innovation.variance;
-  state.likelihood.add(record.innovation.variance, square);
+  state.likelihood.add_variance(record.innovation.variance);
   state.step.sse += square;
   ++state.step.degrees;
   return Status::ok;
@@ -81,9 +85,11 @@ template <class System>
   typename System::Belief belief = state.belief;
   const Status moved = move(system, belief, state.time, time);
   if (moved != Status::ok) return moved;
+  if (!is_finite(belief)) return Status::numerical;
   assign(state.belief, belief);
   state.time = time;
   state.oldest = time + 1;
+  state.likelihood.add_squares(state.step.sse, state.step.degrees);
   error = state.step;
   state.step = {};
   return Status::ok;

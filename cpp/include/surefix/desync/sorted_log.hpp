@@ -1,0 +1,104 @@
+// A log in the order of validity, whatever the order of its rows.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "surefix/core/status.hpp"
+#include "surefix/desync/measurement.hpp"
+
+namespace surefix::desync {
+
+/// A log in the order of its rows: `count` stamps [ns], sensors (index, −1 if unknown), values.
+struct LogView {
+  const Time* stamp;
+  const std::int32_t* sensor;
+  const double* value;
+  std::size_t count;
+};
+
+/// Stamp of a row whose time was NaN, infinite or out of range.
+inline constexpr Time no_time = std::numeric_limits<Time>::min();
+
+/// The usable rows of a log, sorted by validity, repeated messages taken out. Where the rows are in
+/// order already nothing is copied. The log's arrays must outlive it.
+class SortedLog {
+ public:
+  SortedLog() = default;
+
+  /// Writes the status of every row: ok, or why it is not usable.
+  template <class System>
+  SortedLog(const System& system, const LogView& log, Status* status)
+      : log_(log), latency_(static_cast<std::size_t>(system.sensor_count())) {
+    for (std::size_t s = 0; s < latency_.size(); ++s)
+      latency_[s] = system.sensor(static_cast<int>(s)).latency;
+    bool plain = true;  // every row is usable, and later than the one before it
+    Time previous = no_time;
+    for (std::size_t i = 0; i < log.count; ++i) {
+      status[i] = usable(i);
+      if (status[i] != Status::ok) {
+        plain = false;
+        continue;
+      }
+      const Time valid = log.stamp[i] - latency_[static_cast<std::size_t>(log.sensor[i])];
+      plain = plain && valid > previous;
+      previous = valid;
+    }
+    size_ = log.count;
+    if (!plain) sort(status);
+  }
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] Measurement operator[](std::size_t i) const noexcept {
+    return row(order_.empty() ? i : order_[i]);
+  }
+  /// When measurement i was logged: its validity and the latency.
+  [[nodiscard]] Time stamp(std::size_t i) const noexcept {
+    return log_.stamp[order_.empty() ? i : order_[i]];
+  }
+  /// How many different validity times there are from `start` on.
+  [[nodiscard]] std::size_t distinct_times(Time start) const noexcept {
+    std::size_t first = 0;
+    while (first < size_ && (*this)[first].valid < start) ++first;
+    if (order_.empty()) return size_ - first;  // all different
+    std::size_t n = 0;
+    for (std::size_t i = first; i < size_; ++i)
+      if (i == first || (*this)[i].valid != (*this)[i - 1].valid) ++n;
+    return n;
+  }
+
+ private:
+  [[nodiscard]] Status usable(std::size_t i) const noexcept {
+    const std::int32_t s = log_.sensor[i];
+    if (s < 0 || static_cast<std::size_t>(s) >= latency_.size()) return Status::unknown_sensor;
+    const bool finite = std::isfinite(log_.value[i]) && log_.stamp[i] != no_time;
+    return finite ? Status::ok : Status::not_finite;
+  }
+  [[nodiscard]] Measurement row(std::size_t i) const noexcept {
+    const std::int32_t s = log_.sensor[i];
+    return {log_.stamp[i] - latency_[static_cast<std::size_t>(s)], log_.value[i],
+            static_cast<std::int64_t>(i), s};
+  }
+  void sort(Status* status) {
+    for (std::size_t i = 0; i < log_.count; ++i)
+      if (status[i] == Status::ok) order_.push_back(i);
+    std::stable_sort(order_.begin(), order_.end(),
+                     [&](std::size_t a, std::size_t b) { return before(row(a), row(b)); });
+    const auto last = std::unique(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+      const bool again = repeats(row(a), row(b));
+      if (again) status[b] = Status::repeated;
+      return again;
+    });
+    order_.erase(last, order_.end());
+    size_ = order_.size();
+  }
+
+  LogView log_{};
+  std::vector<Time> latency_;
+  std::vector<std::size_t> order_;  // rows in order; empty: all rows as they are
+  std::size_t size_ = 0;
+};
+
+}  // namespace surefix::desync

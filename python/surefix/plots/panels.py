@@ -1,0 +1,180 @@
+"""The panels of a result's figure, one function each. ``Axes`` in, artists drawn, nothing returned.
+
+``View`` is what they share: the result, its colours and the window of time that is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix.core.checks import FloatArray
+from surefix.core.distributions import two_sided_quantile
+from surefix.desync.result import Result
+from surefix.plots import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Mask = npt.NDArray[np.bool_]
+
+MOST_DOTS = 4000  # per sensor and panel
+MOST_POINTS = 20_000  # per line
+SMALLEST_P = 1e-16
+
+
+class Event(NamedTuple):
+    """Something to mark: from ``start`` to ``end`` [s], equal for a single instant."""
+
+    start: float
+    end: float
+    label: str
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """``rows`` (N,): rows of the log that are shown; ``steps`` (T,): estimates that are shown;
+    ``flagged`` (N,): rows to be marked, all False if noise was not estimated."""
+
+    result: Result
+    window: tuple[float, float]
+    rows: Mask
+    steps: Mask
+    flagged: Mask
+    false_alarm: float
+
+    @property
+    def colours(self) -> dict[str, str]:
+        return style.sensor_colours(self.result.log.names)
+
+    def sensor_rows(self, code: int) -> tuple[npt.NDArray[np.intp], int]:
+        """Rows of one sensor that were not flagged, thinned out, and the stride."""
+        found = np.flatnonzero(self.rows & ~self.flagged & (self.result.log.code == code))
+        stride = -(-len(found) // MOST_DOTS) or 1
+        return found[::stride], stride
+
+    def line_steps(self) -> npt.NDArray[np.intp]:
+        """Estimates that a line goes through."""
+        found = np.flatnonzero(self.steps)
+        return found[:: -(-len(found) // MOST_POINTS) or 1]
+
+
+def draw_estimates(axes: Axes, view: View) -> None:
+    """Estimate as a thick line, its interval dotted, the measurements as dots, flagged ones as
+    crosses (as in Bilenne's figures 1 and 2)."""
+    result, log = view.result, view.result.log
+    for code, name in enumerate(log.names):
+        rows, stride = view.sensor_rows(code)
+        label = name if stride == 1 else f"{name} (every {_ordinal(stride)} shown)"
+        size = 4.0 if len(rows) < 1500 else 2.6
+        axes.plot(
+            log.time[rows], log.value[rows], ".", color=view.colours[name], alpha=0.5,
+            markersize=size, markeredgewidth=0, label=label, rasterized=True, zorder=2,
+        )  # fmt: skip
+    at = view.line_steps()
+    time = result.time[at]
+    axes.plot(
+        time, result.estimate[at], color=style.ESTIMATE, linewidth=2.2 if len(at) < 1500 else 1.6,
+        label="estimate", zorder=4,
+    )  # fmt: skip
+    label = f"interval, risk {result.risk:.0e}".replace("e-0", "e-")
+    for i, bound in enumerate((result.lower, result.upper)):
+        axes.plot(
+            time, bound[at], ":", color=style.ESTIMATE, linewidth=1.0, zorder=4,
+            label=label if i == 0 else "_",
+        )  # fmt: skip
+    marked = view.rows & view.flagged
+    if marked.any():
+        axes.plot(
+            log.time[marked], log.value[marked], "x", color=style.ALARM, markersize=4.5,
+            markeredgewidth=1.0, label="flagged", zorder=5,
+        )  # fmt: skip
+
+
+def draw_reference(axes: Axes, view: View, reference: tuple[FloatArray, FloatArray]) -> None:
+    """The true output as a thin line."""
+    time, value = np.asarray(reference[0]), np.asarray(reference[1])
+    inside = (time >= view.window[0]) & (time <= view.window[1])
+    axes.plot(
+        time[inside], value[inside], color=style.REFERENCE, linewidth=1.1, label="truth", zorder=6
+    )
+
+
+def draw_error(axes: Axes, view: View, reference: tuple[FloatArray, FloatArray]) -> None:
+    """Estimate minus truth between the ends of the interval, relative to the estimate."""
+    result, at = view.result, view.line_steps()
+    time = result.time[at]
+    truth = np.interp(time, *reference, left=np.nan, right=np.nan)
+    axes.plot(time, result.estimate[at] - truth, color=style.REFERENCE, linewidth=1.1)
+    for bound in (result.lower, result.upper):
+        axes.plot(time, (bound - result.estimate)[at], ":", color=style.ESTIMATE, linewidth=1.0)
+
+
+def draw_events(panels: Sequence[Axes], view: View, events: Sequence[Event]) -> None:
+    """Shades periods in all panels and names them at the top of the first; instants get a tick."""
+    first, last = view.window
+    named_until = -np.inf
+    for event in sorted(events):
+        if event.end < first or event.start > last:
+            continue
+        if event.end <= event.start:
+            panels[0].axvline(event.start, ymin=0.975, color=style.ALARM, linewidth=1.2)
+            continue
+        for axes in panels:
+            axes.axvspan(event.start, event.end, color=style.SHADE, alpha=0.35, linewidth=0)
+        middle = (max(event.start, first) + min(event.end, last)) / 2
+        level = 1 if middle - named_until < 0.09 * (last - first) else 0
+        named_until = middle
+        panels[0].annotate(
+            event.label, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center",
+            xytext=(0, 3 + 10 * level), textcoords="offset points", fontsize=8, color="#555555",
+        )  # fmt: skip
+
+
+def draw_noise(axes: Axes, view: View) -> None:
+    """Normalised noise of every measurement and the threshold beyond which it is flagged."""
+    result, log = view.result, view.result.log
+    noise = result.normalised_noise
+    for code, name in enumerate(log.names):
+        rows, _ = view.sensor_rows(code)
+        axes.plot(
+            log.time[rows], noise[rows], ".", color=view.colours[name], alpha=0.5,
+            markersize=3.0, markeredgewidth=0, rasterized=True,
+        )  # fmt: skip
+    marked = view.rows & view.flagged
+    axes.plot(log.time[marked], noise[marked], "x", color=style.ALARM, markersize=3.5)
+    used = max(int(np.isfinite(result.noise).sum()), 1)
+    threshold = two_sided_quantile(max(view.false_alarm / used, 1e-15))
+    for level in (-threshold, threshold):
+        axes.axhline(level, color=style.ALARM, linewidth=0.9, linestyle="--")
+    axes.set_ylabel("noise / σ of noise", fontsize=9)
+    largest = np.abs(noise[marked]).max(initial=1.6 * threshold)
+    axes.set_ylim(-1.08 * largest, 1.08 * largest)
+
+
+def draw_p_values(axes: Axes, view: View) -> None:
+    """p-value of every step (χ² of its SSE), and the level that a healthy run keeps above."""
+    result = view.result
+    counted = np.isfinite(result.p_value)
+    p = np.maximum(np.where(counted, result.p_value, 1.0), SMALLEST_P)
+    level = view.false_alarm / max(int(counted.sum()), 1)
+    shown = view.steps & counted
+    low = shown & (p < level)
+    found = np.flatnonzero(shown & ~low)
+    found = found[:: -(-len(found) // MOST_DOTS) or 1]
+    axes.semilogy(result.time[found], p[found], ".", color="#666666", markersize=2.0, alpha=0.5)
+    axes.semilogy(result.time[low], p[low], "x", color=style.ALARM, markersize=3.5)
+    axes.axhline(level, color=style.ALARM, linewidth=0.9, linestyle="--")
+    smallest = float(p[shown].min(initial=level))
+    axes.set_ylim(max(smallest, SMALLEST_P) / 30, 5.0)
+    floor = f"\n(not below {SMALLEST_P:.0e})" if smallest <= SMALLEST_P else ""
+    axes.set_ylabel(f"p-value of step{floor}", fontsize=9)
+
+
+def _ordinal(n: int) -> str:
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    return f"{n}{'th' if n % 100 in (11, 12, 13) else endings.get(n % 10, 'th')}"

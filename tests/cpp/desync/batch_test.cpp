@@ -1,0 +1,196 @@
+#include "surefix/desync/batch.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bits.hpp"
+#include "surefix/desync/filter.hpp"
+#include "systems.hpp"
+
+namespace surefix::desync {
+namespace {
+
+using namespace test;
+
+/// [speed, acceleration | wheel scale, radar bias] at fixed size.
+using ScaleBiasSystem = System<ConstantAcceleration, 2, 2, 4>;
+
+ScaleBiasSystem scale_bias_system() {
+  ScaleBiasSystem system{ConstantAcceleration(0.08)};
+  const Eigen::Vector2d speed{1.0, 0.0};
+  (void)system.add(sensor<ScaleBiasSystem>(speed, 0.1, 0, {0.02, 600.0}));
+  (void)system.add(sensor<ScaleBiasSystem>(speed, 0.5, 30 * millisecond, {}, {0.3, 20.0}));
+  (void)system.add(sensor<ScaleBiasSystem>(speed, 0.2, 150 * millisecond));
+  return system;
+}
+
+template <class System>
+struct BatchRun {
+  Columns columns;
+  RecursionState<typename System::Belief> state;
+  Status status = Status::ok;
+  std::size_t made = 0;
+
+  BatchRun(const System& system, const std::vector<Row>& log, const std::vector<Time>& times,
+           NoiseScope scope, Time start = second)
+      : columns(system, log, times.size()), state(start_state(broad(system), start)) {
+    std::vector<Measurement> sorted;
+    sort_log(system, columns.view(), sorted, columns.status.data());
+    status =
+        run_batch(system, state, sorted, times.data(), times.size(), scope, columns.output(), made);
+  }
+};
+
+/// A log in the order of its rows, streamed: every row that is valid by an estimate is pushed
+/// before it, so that only what precedes the start is too late.
+template <class System>
+void expect_streaming_bits(const System& system, std::uint64_t seed) {
+  const std::vector<Row> log = random_log(system, 400, seed);
+  std::vector<Time> times;
+  for (Time t = 1200 * millisecond; t < 12 * second; t += 170 * millisecond) times.push_back(t);
+  const BatchRun<System> batch(system, log, times, NoiseScope::step);
+  ASSERT_EQ(batch.status, Status::ok);
+  ASSERT_EQ(batch.made, times.size());
+
+  Filter<System, -1> filter(system, broad(system), second);
+  filter.reserve(log.size());
+  std::vector<Status> status;
+  for (std::size_t i = 0; i < log.size(); ++i)
+    status.push_back(
+        filter.push(log[i].stamp, log[i].sensor, log[i].value, static_cast<std::int64_t>(i)));
+  std::vector<double> noise(log.size(), std::nan("")), variance = noise;
+  for (std::size_t t = 0; t < times.size(); ++t) {
+    StepError error;
+    ASSERT_EQ(filter.estimate(times[t], error), Status::ok);
+    ASSERT_TRUE(same_bits(batch.columns.mean(t), filter.state().belief.x)) << "estimate " << t;
+    ASSERT_TRUE(same_bits(batch.columns.covariance(t), filter.state().belief.P));
+    ASSERT_TRUE(same_bits(batch.columns.sse[t], error.sse));
+    ASSERT_EQ(batch.columns.degrees[t], error.degrees);
+    ASSERT_EQ(batch.columns.time[t], times[t]);
+    filter.noise([&](std::size_t, const NoiseEstimate& e) {
+      noise[static_cast<std::size_t>(e.id)] = e.value;
+      variance[static_cast<std::size_t>(e.id)] = e.variance;
+    });
+  }
+  EXPECT_TRUE(same_bits(batch.state.likelihood.value(), filter.state().likelihood.value()));
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    EXPECT_EQ(batch.columns.status[i], status[i]) << "row " << i;
+    EXPECT_TRUE(std::isnan(noise[i]) ? std::isnan(batch.columns.noise[i])
+                                     : bits(batch.columns.noise[i]) == bits(noise[i]));
+    EXPECT_TRUE(std::isnan(noise[i]) || same_bits(batch.columns.noise_variance[i], variance[i]));
+  }
+}
+
+TEST(Batch, HasTheBitsOfStreaming) {
+  for (std::uint64_t seed : {41, 42, 43}) {
+    expect_streaming_bits(speed_system(), seed);
+    expect_streaming_bits(scale_bias_system(), seed);
+    expect_streaming_bits(train_system(), seed);
+  }
+}
+
+TEST(Batch, DoesNotDependOnTheOrderOfTheRows) {
+  const SpeedSystem system = speed_system();
+  std::vector<Row> log = random_log(system, 300, 44);
+  const std::vector<Time> times{3 * second, 6 * second, 20 * second};
+  const BatchRun<SpeedSystem> in_order(system, log, times, NoiseScope::none);
+  Random random(45);
+  for (std::size_t i = log.size(); i > 1; --i)
+    std::swap(log[i - 1], log[static_cast<std::size_t>(random.integer(static_cast<int>(i)))]);
+  const BatchRun<SpeedSystem> shuffled(system, log, times, NoiseScope::none);
+  for (std::size_t t = 0; t < times.size(); ++t) {
+    EXPECT_TRUE(same_bits(in_order.columns.mean(t), shuffled.columns.mean(t)));
+    EXPECT_TRUE(same_bits(in_order.columns.covariance(t), shuffled.columns.covariance(t)));
+    EXPECT_TRUE(same_bits(in_order.columns.sse[t], shuffled.columns.sse[t]));
+  }
+  EXPECT_TRUE(same_bits(in_order.state.likelihood.value(), shuffled.state.likelihood.value()));
+}
+
+TEST(Batch, ComputingTheNoiseDoesNotChangeTheEstimates) {
+  const AnySystem system = train_system();
+  const std::vector<Row> log = random_log(system, 200, 46);
+  const std::vector<Time> times{3 * second, 20 * second};
+  const BatchRun<AnySystem> none(system, log, times, NoiseScope::none);
+  for (NoiseScope scope : {NoiseScope::step, NoiseScope::journey}) {
+    const BatchRun<AnySystem> run(system, log, times, scope);
+    for (std::size_t t = 0; t < times.size(); ++t) {
+      EXPECT_TRUE(same_bits(run.columns.mean(t), none.columns.mean(t)));
+      EXPECT_TRUE(same_bits(run.columns.covariance(t), none.columns.covariance(t)));
+    }
+  }
+}
+
+TEST(Batch, SaysWhatBecameOfEveryRow) {
+  const SpeedSystem system = speed_system();
+  const double nan = std::nan("");
+  const std::vector<Row> log{{2 * second, 0, 20.0}, {2 * second, 7, 20.0}, {2 * second, -1, 20.0},
+                             {2 * second, 0, nan},  {no_time, 0, 20.0},    {second - 1, 0, 20.0},
+                             {2 * second, 0, 20.0}, {2 * second, 0, 21.0}, {5 * second, 0, 20.0},
+                             {second, 2, 20.0},     {3 * second, 1, 20.0}};
+  const std::vector<Status> expected{Status::ok,
+                                     Status::unknown_sensor,
+                                     Status::unknown_sensor,
+                                     Status::not_finite,
+                                     Status::not_finite,
+                                     Status::too_late,
+                                     Status::repeated,
+                                     Status::ok,
+                                     Status::waiting,
+                                     Status::too_late,
+                                     Status::ok};
+  const BatchRun<SpeedSystem> run(system, log, {4 * second}, NoiseScope::journey);
+  ASSERT_EQ(run.status, Status::ok);
+  EXPECT_EQ(run.columns.degrees[0], 3);
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    EXPECT_EQ(run.columns.status[i], expected[i]) << "row " << i;
+    EXPECT_EQ(std::isnan(run.columns.noise[i]), expected[i] != Status::ok) << "row " << i;
+  }
+}
+
+TEST(Batch, WithoutTimesEstimatesAtEveryValidityTime) {
+  const SpeedSystem system = speed_system();
+  const std::vector<Row> log = random_log(system, 200, 47);
+  Columns columns(system, log, log.size());
+  std::vector<Measurement> sorted;
+  sort_log(system, columns.view(), sorted, columns.status.data());
+  const Time start = sorted.front().valid;
+  const std::size_t T = distinct_times(sorted, start);
+  auto state = start_state(broad(system), start);
+  std::size_t made = 0;
+  ASSERT_EQ(run_batch(system, state, sorted, nullptr, T, NoiseScope::none, columns.output(), made),
+            Status::ok);
+  EXPECT_EQ(made, T);
+  std::size_t used = 0;
+  for (std::size_t t = 0; t < T; ++t) {
+    EXPECT_TRUE(t == 0 || columns.time[t] > columns.time[t - 1]);
+    used += static_cast<std::size_t>(columns.degrees[t]);
+  }
+  EXPECT_EQ(used, sorted.size());
+}
+
+TEST(Batch, StopsWhereTimeRunsBackwards) {
+  const SpeedSystem system = speed_system();
+  const BatchRun<SpeedSystem> run(system, random_log(system, 100, 48),
+                                  {2 * second, 3 * second, 2500 * millisecond, 4 * second},
+                                  NoiseScope::none);
+  EXPECT_EQ(run.status, Status::time_backwards);
+  EXPECT_EQ(run.made, 2u);
+}
+
+TEST(Batch, RowsAfterTheEstimateThatCouldNotBeMadeAreNotOk) {
+  const SpeedSystem system = speed_system();
+  const BatchRun<SpeedSystem> run(system, {{2 * second, 0, 20.0}, {5 * second, 0, 20.0}},
+                                  {3 * second, second}, NoiseScope::none);
+  EXPECT_EQ(run.columns.status[0], Status::ok);
+  EXPECT_EQ(run.columns.status[1], Status::waiting);
+}
+
+TEST(Batch, OfAnEmptyLogOnlyPredicts) {
+  const SpeedSystem system = speed_system();
+  const BatchRun<SpeedSystem> run(system, {}, {second, 2 * second}, NoiseScope::journey);
+  EXPECT_EQ(run.status, Status::ok);
+  EXPECT_EQ(run.made, 2u);
+  EXPECT_TRUE(same_bits(run.columns.mean(0), broad(system).x));
+}
+
+}  // namespace
+}  // namespace surefix::desync
