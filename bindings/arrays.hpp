@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace surefix::bindings {
 
@@ -39,6 +40,28 @@ Array to_numpy(const Eigen::MatrixBase<Derived>& value) {
     for (Eigen::Index j = 0; j < value.cols(); ++j) out.mutable_at(i, j) = value(i, j);
   return out;
 }
+
+/// Arrays that are born and die together, out of one allocation: blocks of several megabytes that
+/// are freed one by one go back to the operating system and are paid for again, page by page, in
+/// the next call.
+class Block {
+ public:
+  explicit Block(py::ssize_t bytes) : memory_(bytes + 64) {}
+
+  template <class T>
+  py::array_t<T> take(std::vector<py::ssize_t> shape) {
+    py::ssize_t count = 1;
+    for (const py::ssize_t length : shape) count *= length;
+    used_ = (used_ + 7) / 8 * 8;
+    auto* first = reinterpret_cast<T*>(memory_.mutable_data() + used_);
+    used_ += count * static_cast<py::ssize_t>(sizeof(T));
+    return py::array_t<T>(std::move(shape), first, memory_);
+  }
+
+ private:
+  py::array_t<std::uint8_t> memory_;
+  py::ssize_t used_ = 0;
+};
 
 void bind_core(py::module_& module);
 void bind_desync(py::module_& module);

@@ -42,9 +42,12 @@ py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_styl
   }
   const py::ssize_t T = times ? times->shape(0) : static_cast<py::ssize_t>(prepared.distinct);
   const py::ssize_t n = filter.system().state_size();
-  py::array_t<Time> time(T);
-  py::array_t<double> x({T, n}), P({T, n, n}), sse(T), v(noisy ? N : 0), variance(noisy ? N : 0);
-  py::array_t<std::int32_t> degrees(T);
+  const py::ssize_t noises = noisy ? N : 0;
+  Block block(8 * (T * (3 + n + n * n) + 2 * noises));
+  auto time = block.take<double>({T}), x = block.take<double>({T, n});
+  auto P = block.take<double>({T, n, n}), sse = block.take<double>({T});
+  auto v = block.take<double>({noises}), variance = block.take<double>({noises});
+  auto degrees = block.take<std::int32_t>({T});
   const BatchOutput out{time.mutable_data(),    x.mutable_data(), P.mutable_data(),
                         sse.mutable_data(),     degrees.mutable_data(), status_data,
                         noisy ? v.mutable_data() : nullptr,

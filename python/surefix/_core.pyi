@@ -78,7 +78,7 @@ class FilterEngine:
         noise_scope: int,
         delay: int | None,
     ) -> tuple[
-        _Times, _Floats, _Floats, _Floats, npt.NDArray[np.int32], npt.NDArray[np.uint8],
+        _Floats, _Floats, _Floats, _Floats, npt.NDArray[np.int32], npt.NDArray[np.uint8],
         _Floats, _Floats, float, str, int,
     ]: ...  # fmt: skip
     def save(self) -> dict[str, Any]: ...

@@ -310,7 +310,7 @@ def _tables(value: Any) -> list[dict[str, Any]]:
 def _columns(value: Any) -> dict[str, str]:
     table = _table(value)
     if not table or not all(isinstance(name, str) for name in table.values()):
-        raise _Wrong("a table of sensor = \"column\"")
+        raise _Wrong('a table of sensor = "column"')
     return table
 
 

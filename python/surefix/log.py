@@ -47,6 +47,7 @@ class Log:
             raise ConfigError("log: expected at least one measurement, got an empty log")
         self.names, self.code = _factorised(labels)
         self.stamp = _stamps(self.time)
+        self._codes: dict[tuple[str, ...], npt.NDArray[np.int32]] = {}
 
     def __len__(self) -> int:
         return len(self.time)
@@ -61,8 +62,11 @@ class Log:
 
     def codes_for(self, names: Sequence[str]) -> npt.NDArray[np.int32]:
         """Index of every row's sensor in ``names`` (N,), −1 where it is not among them."""
-        table = np.array([names.index(n) if n in names else -1 for n in self.names], np.int32)
-        return table[self.code]
+        wanted = tuple(names)
+        if wanted not in self._codes:  # a log is often run more than once
+            table = [wanted.index(n) if n in wanted else -1 for n in self.names]
+            self._codes = {wanted: np.array(table, np.int32)[self.code]}
+        return self._codes[wanted]
 
 
 def read_log(

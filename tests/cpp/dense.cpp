@@ -53,12 +53,12 @@ Real Kalman::update(const Eigen::VectorXd& row, Real r, Real innovation) {
   return S;
 }
 
-double error(const MatrixR& actual, const MatrixR& expected) {
+double error_of(const MatrixR& actual, const MatrixR& expected) {
   const Real scale = expected.cwiseAbs().maxCoeff();
   return static_cast<double>((actual - expected).cwiseAbs().maxCoeff() / (scale > 0 ? scale : 1));
 }
 
-double covariance_error(const MatrixR& actual, const MatrixR& expected) {
+double covariance_error_of(const MatrixR& actual, const MatrixR& expected) {
   const VectorR scale = expected.diagonal().cwiseSqrt().cwiseInverse();
   return static_cast<double>(
       (scale.asDiagonal() * (actual - expected) * scale.asDiagonal()).cwiseAbs().maxCoeff());

@@ -64,18 +64,18 @@ struct Kalman {
 };
 
 /// Largest difference, relative to the largest entry expected.
-double error(const MatrixR& actual, const MatrixR& expected);
+double error_of(const MatrixR& actual, const MatrixR& expected);
 template <class A, class B>
 double error(const Eigen::MatrixBase<A>& actual, const Eigen::MatrixBase<B>& expected) {
-  return error(MatrixR(actual.template cast<Real>()), MatrixR(expected.template cast<Real>()));
+  return error_of(MatrixR(actual.template cast<Real>()), MatrixR(expected.template cast<Real>()));
 }
 
 /// Largest difference of P_ij, relative to √(P_ii P_jj): the same in any units.
-double covariance_error(const MatrixR& actual, const MatrixR& expected);
+double covariance_error_of(const MatrixR& actual, const MatrixR& expected);
 template <class A, class B>
 double covariance_error(const Eigen::MatrixBase<A>& actual, const Eigen::MatrixBase<B>& expected) {
-  return covariance_error(MatrixR(actual.template cast<Real>()),
-                          MatrixR(expected.template cast<Real>()));
+  return covariance_error_of(MatrixR(actual.template cast<Real>()),
+                             MatrixR(expected.template cast<Real>()));
 }
 
 /// Smallest eigenvalue of the correlation matrix of P; −∞ if a variance is not positive.

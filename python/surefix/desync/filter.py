@@ -136,13 +136,13 @@ class DesyncFilter:
         late = None if delay is None else round(checks.not_negative("delay", delay) * NANOSECONDS)
         wanted = self._times(log, code, rate, times)
         out = self._engine.run(log.stamp, code, log.value, wanted, _NOISE_SCOPES[noise], late)
-        time_ns, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
+        time_s, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
         if ended != "ok":
             at = "?" if wanted is None else f"{wanted[made] / NANOSECONDS} s"
             kind = ConfigError if ended in ("time_backwards", "off_grid") else NumericalError
             raise kind(f"run: no estimate at {at}: {ended}")
         return Result(
-            time=time_ns / NANOSECONDS, x=x, P=P, sse=sse, degrees_of_freedom=degrees,
+            time=time_s, x=x, P=P, sse=sse, degrees_of_freedom=degrees,
             log_likelihood=log_likelihood, status=status, noise=v, noise_variance=variance,
             risk=self.risk, output=self.model.output, state_names=self.state_names, log=log,
         )  # fmt: skip

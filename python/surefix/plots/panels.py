@@ -115,23 +115,27 @@ def draw_error(axes: Axes, view: View, reference: tuple[FloatArray, FloatArray])
 
 
 def draw_events(panels: Sequence[Axes], view: View, events: Sequence[Event]) -> None:
-    """Shades periods in all panels and names them at the top of the first; instants get a tick."""
+    """Shades periods in all panels and names them above the first, where instants get a tick."""
     first, last = view.window
-    named_until = -np.inf
-    for event in sorted(events):
-        if event.end < first or event.start > last:
-            continue
+    shown = sorted(event for event in events if event.end >= first and event.start <= last)
+    instants = [event.start for event in shown if event.end <= event.start]
+    if instants:
+        panels[0].plot(
+            instants, np.full(len(instants), 0.985), "|", color="#555555", markersize=7,
+            markeredgewidth=1.3, transform=panels[0].get_xaxis_transform(), label="single event",
+        )  # fmt: skip
+    named_until, level = -np.inf, 0
+    for event in shown:
         if event.end <= event.start:
-            panels[0].axvline(event.start, ymin=0.975, color=style.ALARM, linewidth=1.2)
             continue
         for axes in panels:
             axes.axvspan(event.start, event.end, color=style.SHADE, alpha=0.35, linewidth=0)
         middle = (max(event.start, first) + min(event.end, last)) / 2
-        level = 1 if middle - named_until < 0.09 * (last - first) else 0
+        level = 1 - level if middle - named_until < 0.09 * (last - first) else 0
         named_until = middle
         panels[0].annotate(
             event.label, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center",
-            xytext=(0, 3 + 10 * level), textcoords="offset points", fontsize=8, color="#555555",
+            xytext=(0, 5 + 10 * level), textcoords="offset points", fontsize=8, color="#555555",
         )  # fmt: skip
 
 
@@ -151,7 +155,7 @@ def draw_noise(axes: Axes, view: View) -> None:
     threshold = two_sided_quantile(max(view.false_alarm / used, 1e-15))
     for level in (-threshold, threshold):
         axes.axhline(level, color=style.ALARM, linewidth=0.9, linestyle="--")
-    axes.set_ylabel("noise / σ of noise", fontsize=9)
+    axes.set_ylabel("noise / σ", fontsize=9)
     largest = np.abs(noise[marked]).max(initial=1.6 * threshold)
     axes.set_ylim(-1.08 * largest, 1.08 * largest)
 
@@ -171,8 +175,8 @@ def draw_p_values(axes: Axes, view: View) -> None:
     axes.axhline(level, color=style.ALARM, linewidth=0.9, linestyle="--")
     smallest = float(p[shown].min(initial=level))
     axes.set_ylim(max(smallest, SMALLEST_P) / 30, 5.0)
-    floor = f"\n(not below {SMALLEST_P:.0e})" if smallest <= SMALLEST_P else ""
-    axes.set_ylabel(f"p-value of step{floor}", fontsize=9)
+    floor = f"\n(≥ {SMALLEST_P:.0e})" if smallest <= SMALLEST_P else ""
+    axes.set_ylabel(f"p of step{floor}", fontsize=9)
 
 
 def _ordinal(n: int) -> str:

@@ -89,6 +89,27 @@ TEST(Covariance, OfScaleAndBiasStatesIsNeverNegativeInAMillionSteps) {
   EXPECT_EQ(refused, 0);
 }
 
+TEST(Covariance, OfThePositionModelIsNeverNegative) {
+  Random random(22);
+  const ConstantAccelerationWithPosition model(0.1);
+  Gaussian<3> belief{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity()};
+  double worst = 1.0;
+  for (int step = 0; step < 200'000; ++step) {
+    if (step % 100 == 0) belief.P = random.log_uniform(1.0, 1e6) * Eigen::Matrix3d::Identity();
+    ChainTransition<3> transition;
+    const double longest = step % 250 == 249 ? 1e13 : 1e10;
+    (void)model.transition(static_cast<Time>(random.log_uniform(1e7, longest)), transition);
+    predict(belief, transition);
+    Innovation<Gaussian<3>> out;
+    const double r = random.log_uniform(1e-4, 1e2);
+    ASSERT_TRUE(random.uniform() < 0.5 ? update(belief, ComponentRow<0>{}, r, 1.0, out)
+                                       : update(belief, ComponentRow<1>{}, r, 1.0, out));
+    ASSERT_TRUE(exactly_symmetric(belief.P));
+    if (step % 4 == 0) worst = std::min(worst, smallest_correlation_eigenvalue(belief.P));
+  }
+  EXPECT_GE(worst, 0.0);
+}
+
 TEST(Covariance, AfterAYearsGapAndPreciseMeasurementsIsThatOfTheTextbook) {
   for (double q : {1e-3, 0.08, 1.0})
     for (double sigma : {1e-3, 0.1, 1.0}) {

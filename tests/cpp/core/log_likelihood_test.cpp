@@ -24,7 +24,8 @@ void expect_sum(Draw&& variance) {
   long double expected = 0.0;
   for (int i = 0; i < 100'000; ++i) {
     const double S = variance(random), square = random.uniform(0.0, 10.0);
-    accumulator.add(S, square);
+    accumulator.add_variance(S);
+    accumulator.add_squares(square, 1);
     expected += log_density(S, square);
   }
   const double value = static_cast<double>(expected);
@@ -54,13 +55,16 @@ TEST(LogLikelihood, OfNothingIsZero) { EXPECT_EQ(LogLikelihood().value(), 0.0); 
 TEST(LogLikelihood, ContinuesFromWhatWasSavedWithTheSameBits) {
   Random random(14);
   LogLikelihood one;
-  for (int i = 0; i < 1000; ++i) one.add(random.log_uniform(1e-100, 1e100), random.uniform());
+  for (int i = 0; i < 1000; ++i) one.add_variance(random.log_uniform(1e-100, 1e100));
+  one.add_squares(random.uniform(), 1000);
   LogLikelihood other;
   other.restore(one.save());
   for (int i = 0; i < 1000; ++i) {
     const double S = random.log_uniform(1e-100, 1e100), square = random.uniform();
-    one.add(S, square);
-    other.add(S, square);
+    for (auto* l : {&one, &other}) {
+      l->add_variance(S);
+      l->add_squares(square, 1);
+    }
     ASSERT_TRUE(same_bits(one.value(), other.value()));
   }
   EXPECT_EQ(one.count(), other.count());

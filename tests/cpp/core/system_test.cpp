@@ -17,16 +17,18 @@ const Speed reads_speed{1.0, 0.0};
 /// The row of a sensor at `x`, as a dense vector.
 template <class System, class Vector>
 Eigen::VectorXd row(const System& system, int index, const Vector& x) {
-  Eigen::VectorXd h = Eigen::VectorXd::Zero(system.state_size());
-  system.with_row(index, system.linearise(index, x), [&](const auto& r) {
+  const int n = system.state_size();
+  Eigen::VectorXd h = Eigen::VectorXd::Zero(n);
+  typename System::Belief unused{x, System::Belief::Matrix::Zero(n, n)};
+  return system.with_row(index, system.read(index, x).at, unused, [&](const auto& r, auto&) {
     r.for_each([&](int i, double coefficient) { h(i) += coefficient; });
+    return h;
   });
-  return h;
 }
 
 template <class System, class Vector>
 double reading(const System& system, int index, const Vector& x) {
-  return system.predicted(index, system.linearise(index, x), x);
+  return system.read(index, x).predicted;
 }
 
 TEST(System, LaysScaleAndBiasStatesBehindTheModelsInTheOrderOfTheSensors) {

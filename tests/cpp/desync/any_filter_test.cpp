@@ -68,7 +68,7 @@ TEST(AnyFilter, TheSpeedPathHasTheBitsOfTheFixedSizeFilter) {
   fixed.reserve(log.size());
   const auto a = run(*any, log, second, 8 * second, belief_of_any);
   const auto b = run(fixed, log, second, 8 * second, [](const auto& filter) {
-    return any_belief(filter.state().belief.x, filter.state().belief.P);
+    return AnySystem::Belief{filter.state().belief.x, filter.state().belief.P};
   });
   for (std::size_t i = 0; i < b.size(); ++i) {
     EXPECT_TRUE(same_bits(a[i].x, b[i].x));
@@ -104,7 +104,7 @@ TEST(AnyFilter, BatchHasTheBitsOfStreamingAndLeavesTheFilterAlone) {
     Columns columns(system, log, times.size());
     const PreparedLog prepared = filter->prepare(columns.view(), columns.status.data());
     const BatchSummary summary =
-        filter->run(prepared, times.data(), times.size(), NoiseScope::step, columns.output());
+        filter->run(prepared, {times.data(), times.size(), NoiseScope::step}, columns.output());
     ASSERT_EQ(summary.status, Status::ok);
     ASSERT_EQ(summary.estimates, times.size());
     EXPECT_EQ(filter->counters().all(), Counters().all());
@@ -127,7 +127,7 @@ TEST(AnyFilter, WithoutAStartBatchAndStreamingStartAtTheEarliestMeasurement) {
   EXPECT_EQ(prepared.start, 5 * second - 30 * millisecond);
   EXPECT_EQ(prepared.distinct, 3u);
   const Time end = 6 * second;
-  const BatchSummary summary = filter->run(prepared, &end, 1, NoiseScope::none, columns.output());
+  const BatchSummary summary = filter->run(prepared, {&end, 1, NoiseScope::none}, columns.output());
   EXPECT_EQ(summary.estimates, 1u);
   const auto beliefs = run(*filter, log, end, end, belief_of_any);
   EXPECT_TRUE(same_bits(columns.mean(0), beliefs[0].x));

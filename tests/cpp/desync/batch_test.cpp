@@ -23,20 +23,20 @@ ScaleBiasSystem scale_bias_system() {
   return system;
 }
 
+/// A batch with all that it writes.
 template <class System>
-struct BatchRun {
+struct Ran {
   Columns columns;
   RecursionState<typename System::Belief> state;
   Status status = Status::ok;
   std::size_t made = 0;
 
-  BatchRun(const System& system, const std::vector<Row>& log, const std::vector<Time>& times,
-           NoiseScope scope, Time start = second)
-      : columns(system, log, times.size()), state(start_state(broad(system), start)) {
-    std::vector<Measurement> sorted;
-    sort_log(system, columns.view(), sorted, columns.status.data());
-    status =
-        run_batch(system, state, sorted, times.data(), times.size(), scope, columns.output(), made);
+  Ran(const System& system, const std::vector<Row>& log, const std::vector<Time>& times,
+      NoiseScope scope, Time delay = any_delay)
+      : columns(system, log, times.size()), state(start_state(broad(system), second)) {
+    const SortedLog sorted(system, columns.view(), columns.status.data());
+    status = run_batch(system, state, sorted, {times.data(), times.size(), scope, delay},
+                       columns.output(), made);
   }
 };
 
@@ -47,7 +47,7 @@ void expect_streaming_bits(const System& system, std::uint64_t seed) {
   const std::vector<Row> log = random_log(system, 400, seed);
   std::vector<Time> times;
   for (Time t = 1200 * millisecond; t < 12 * second; t += 170 * millisecond) times.push_back(t);
-  const BatchRun<System> batch(system, log, times, NoiseScope::step);
+  const Ran<System> batch(system, log, times, NoiseScope::step);
   ASSERT_EQ(batch.status, Status::ok);
   ASSERT_EQ(batch.made, times.size());
 
@@ -88,15 +88,47 @@ TEST(Batch, HasTheBitsOfStreaming) {
   }
 }
 
+/// Onboard: the estimate for t is made when the clock says t + delay, and knows of no later stamp.
+template <class System>
+void expect_delayed_streaming_bits(const System& system, Time delay) {
+  const std::vector<Row> log = random_log(system, 400, 49);
+  std::vector<Time> times;
+  for (Time t = 1200 * millisecond; t < 12 * second; t += 170 * millisecond) times.push_back(t);
+  const Ran<System> batch(system, log, times, NoiseScope::none, delay);
+  Filter<System, -1> filter(system, broad(system), second);
+  filter.reserve(log.size());
+  std::vector<Status> status;
+  for (std::size_t t = 0; t < times.size(); ++t) {
+    for (std::size_t i = status.size(); i < log.size() && log[i].stamp <= times[t] + delay; ++i)
+      status.push_back(filter.push(log[i].stamp, log[i].sensor, log[i].value, 0));
+    StepError error;
+    ASSERT_EQ(filter.estimate(times[t], error), Status::ok);
+    ASSERT_TRUE(same_bits(batch.columns.mean(t), filter.state().belief.x)) << "estimate " << t;
+    ASSERT_TRUE(same_bits(batch.columns.covariance(t), filter.state().belief.P));
+    ASSERT_TRUE(same_bits(batch.columns.sse[t], error.sse));
+  }
+  for (std::size_t i = 0; i < status.size(); ++i) {
+    const bool waits = batch.columns.status[i] == Status::waiting;
+    EXPECT_EQ(waits ? Status::ok : batch.columns.status[i], status[i]) << "row " << i;
+  }
+}
+
+TEST(Batch, WithADelayHasTheBitsOfStreamingOnboard) {
+  for (Time delay : {Time{0}, 50 * millisecond, 200 * millisecond}) {
+    expect_delayed_streaming_bits(speed_system(), delay);
+    expect_delayed_streaming_bits(train_system(), delay);
+  }
+}
+
 TEST(Batch, DoesNotDependOnTheOrderOfTheRows) {
   const SpeedSystem system = speed_system();
   std::vector<Row> log = random_log(system, 300, 44);
   const std::vector<Time> times{3 * second, 6 * second, 20 * second};
-  const BatchRun<SpeedSystem> in_order(system, log, times, NoiseScope::none);
+  const Ran<SpeedSystem> in_order(system, log, times, NoiseScope::none);
   Random random(45);
   for (std::size_t i = log.size(); i > 1; --i)
     std::swap(log[i - 1], log[static_cast<std::size_t>(random.integer(static_cast<int>(i)))]);
-  const BatchRun<SpeedSystem> shuffled(system, log, times, NoiseScope::none);
+  const Ran<SpeedSystem> shuffled(system, log, times, NoiseScope::none);
   for (std::size_t t = 0; t < times.size(); ++t) {
     EXPECT_TRUE(same_bits(in_order.columns.mean(t), shuffled.columns.mean(t)));
     EXPECT_TRUE(same_bits(in_order.columns.covariance(t), shuffled.columns.covariance(t)));
@@ -109,9 +141,9 @@ TEST(Batch, ComputingTheNoiseDoesNotChangeTheEstimates) {
   const AnySystem system = train_system();
   const std::vector<Row> log = random_log(system, 200, 46);
   const std::vector<Time> times{3 * second, 20 * second};
-  const BatchRun<AnySystem> none(system, log, times, NoiseScope::none);
+  const Ran<AnySystem> none(system, log, times, NoiseScope::none);
   for (NoiseScope scope : {NoiseScope::step, NoiseScope::journey}) {
-    const BatchRun<AnySystem> run(system, log, times, scope);
+    const Ran<AnySystem> run(system, log, times, scope);
     for (std::size_t t = 0; t < times.size(); ++t) {
       EXPECT_TRUE(same_bits(run.columns.mean(t), none.columns.mean(t)));
       EXPECT_TRUE(same_bits(run.columns.covariance(t), none.columns.covariance(t)));
@@ -137,7 +169,7 @@ TEST(Batch, SaysWhatBecameOfEveryRow) {
                                      Status::waiting,
                                      Status::too_late,
                                      Status::ok};
-  const BatchRun<SpeedSystem> run(system, log, {4 * second}, NoiseScope::journey);
+  const Ran<SpeedSystem> run(system, log, {4 * second}, NoiseScope::journey);
   ASSERT_EQ(run.status, Status::ok);
   EXPECT_EQ(run.columns.degrees[0], 3);
   for (std::size_t i = 0; i < log.size(); ++i) {
@@ -150,14 +182,14 @@ TEST(Batch, WithoutTimesEstimatesAtEveryValidityTime) {
   const SpeedSystem system = speed_system();
   const std::vector<Row> log = random_log(system, 200, 47);
   Columns columns(system, log, log.size());
-  std::vector<Measurement> sorted;
-  sort_log(system, columns.view(), sorted, columns.status.data());
-  const Time start = sorted.front().valid;
-  const std::size_t T = distinct_times(sorted, start);
+  const SortedLog sorted(system, columns.view(), columns.status.data());
+  const Time start = sorted[0].valid;
+  const std::size_t T = sorted.distinct_times(start);
   auto state = start_state(broad(system), start);
   std::size_t made = 0;
-  ASSERT_EQ(run_batch(system, state, sorted, nullptr, T, NoiseScope::none, columns.output(), made),
-            Status::ok);
+  ASSERT_EQ(
+      run_batch(system, state, sorted, {nullptr, T, NoiseScope::none}, columns.output(), made),
+      Status::ok);
   EXPECT_EQ(made, T);
   std::size_t used = 0;
   for (std::size_t t = 0; t < T; ++t) {
@@ -169,24 +201,24 @@ TEST(Batch, WithoutTimesEstimatesAtEveryValidityTime) {
 
 TEST(Batch, StopsWhereTimeRunsBackwards) {
   const SpeedSystem system = speed_system();
-  const BatchRun<SpeedSystem> run(system, random_log(system, 100, 48),
-                                  {2 * second, 3 * second, 2500 * millisecond, 4 * second},
-                                  NoiseScope::none);
+  const Ran<SpeedSystem> run(system, random_log(system, 100, 48),
+                             {2 * second, 3 * second, 2500 * millisecond, 4 * second},
+                             NoiseScope::none);
   EXPECT_EQ(run.status, Status::time_backwards);
   EXPECT_EQ(run.made, 2u);
 }
 
 TEST(Batch, RowsAfterTheEstimateThatCouldNotBeMadeAreNotOk) {
   const SpeedSystem system = speed_system();
-  const BatchRun<SpeedSystem> run(system, {{2 * second, 0, 20.0}, {5 * second, 0, 20.0}},
-                                  {3 * second, second}, NoiseScope::none);
+  const Ran<SpeedSystem> run(system, {{2 * second, 0, 20.0}, {5 * second, 0, 20.0}},
+                             {3 * second, second}, NoiseScope::none);
   EXPECT_EQ(run.columns.status[0], Status::ok);
   EXPECT_EQ(run.columns.status[1], Status::waiting);
 }
 
 TEST(Batch, OfAnEmptyLogOnlyPredicts) {
   const SpeedSystem system = speed_system();
-  const BatchRun<SpeedSystem> run(system, {}, {second, 2 * second}, NoiseScope::journey);
+  const Ran<SpeedSystem> run(system, {}, {second, 2 * second}, NoiseScope::journey);
   EXPECT_EQ(run.status, Status::ok);
   EXPECT_EQ(run.made, 2u);
   EXPECT_TRUE(same_bits(run.columns.mean(0), broad(system).x));

@@ -46,15 +46,18 @@ StepCase as_step(const System& system, const typename System::Belief& belief,
     const Measurement& m = sorted[i];
     add_leg(m.valid);
     Eigen::MatrixXd h = Eigen::MatrixXd::Zero(1, n);
-    system.with_row(m.sensor, system.linearise(m.sensor, belief.x), [&](const auto& row) {
+    auto unused = belief;
+    const Linearisation at = system.read(m.sensor, belief.x).at;
+    h = system.with_row(m.sensor, at, unused, [&](const auto& row, auto&) {
       row.for_each([&](int j, double coefficient) { h(0, j) = coefficient; });
+      return h;
     });
     const double sigma = system.sensor(m.sensor).sigma;
-    const auto at = static_cast<Eigen::Index>(i);
+    const auto k = static_cast<Eigen::Index>(i);
     out.observations.push_back(
         {h, Eigen::MatrixXd::Constant(1, 1, sigma * sigma), Eigen::MatrixXd(1, 0)});
-    out.Upsilon(at, at) = sigma * sigma;
-    out.z(at) = m.value;
+    out.Upsilon(k, k) = sigma * sigma;
+    out.z(k) = m.value;
   }
   add_leg(end);
   return out;
@@ -65,13 +68,14 @@ void expect_journey(const System& system, std::uint64_t seed) {
   const std::vector<Row> log = random_log(system, 80, seed);
   const std::vector<Time> times{1500 * millisecond, 2 * second, 5 * second};
   Columns columns(system, log, times.size());
+  const SortedLog log_sorted(system, columns.view(), columns.status.data());
   std::vector<Measurement> sorted;
-  sort_log(system, columns.view(), sorted, columns.status.data());
+  for (std::size_t i = 0; i < log_sorted.size(); ++i) sorted.push_back(log_sorted[i]);
   const auto initial = broad(system);
   const Time start = sorted.front().valid - 10 * millisecond;
   auto state = start_state(initial, start);
   std::size_t made = 0;
-  ASSERT_EQ(run_batch(system, state, sorted, times.data(), times.size(), NoiseScope::journey,
+  ASSERT_EQ(run_batch(system, state, log_sorted, {times.data(), times.size(), NoiseScope::journey},
                       columns.output(), made),
             Status::ok);
   const StepReference expected = brute_force(as_step(system, initial, sorted, start, times.back()));

@@ -29,7 +29,7 @@ struct BatchRequest {
 
 /// Where a batch writes; arrays of T estimates of n states and of N rows, never null but where said.
 struct BatchOutput {
-  Time* time;              ///< (T) [ns]
+  double* time;            ///< (T) [s]
   double* x;               ///< (T, n)
   double* P;               ///< (T, n, n)
   double* sse;             ///< (T)
@@ -152,7 +152,7 @@ class BatchRun {
     StepError error;
     const Status status = close_step(system_, state, time, error);
     if (status != Status::ok) return status;
-    out_.time[estimate] = time;
+    out_.time[estimate] = seconds(time);
     out_.sse[estimate] = error.sse;
     out_.degrees[estimate] = error.degrees;
     write(state.belief, out_.x + estimate * n, out_.P + estimate * n * n);

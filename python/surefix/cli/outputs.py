@@ -1,0 +1,41 @@
+"""The files of a run's folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from surefix.cli import tables
+from surefix.cli.tables import Columns
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PLOT_DPI = 150
+
+
+def write_tables(
+    folder: Path,
+    estimates: Columns,
+    events: Columns,
+    summary: Mapping[str, Any],
+    *,
+    both: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Writes estimates, events and summary, each as CSV and JSON if ``both``; otherwise the tables
+    as CSV and the summary as JSON."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tables.write_csv(folder / "estimates.csv", estimates, progress)
+    tables.write_csv(folder / "events.csv", events)
+    tables.plain(folder / "summary.json", summary)
+    if both:
+        tables.write_columns_json(folder / "estimates.json", estimates)
+        tables.write_columns_json(folder / "events.json", events)
+        tables.write_flat_csv(folder / "summary.csv", summary)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Writes a figure as PNG."""
+    figure.savefig(path, dpi=PLOT_DPI)

@@ -1,0 +1,42 @@
+"""Studies: each repeats a headline result of a paper and says where it differs from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from surefix.errors import ConfigError
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Study:
+    """``title``: what is repeated; ``module`` has ``run(out, progress) -> dict``."""
+
+    title: str
+    module: str
+
+
+STUDIES = {
+    "bilenne-table-2": Study(
+        "Bilenne 2004, table 2: the estimates do not depend on the rate of estimation",
+        "surefix.studies.bilenne_table_2",
+    ),
+}
+
+
+def run_study(name: str, out: str | Path, progress: Progress | None = None) -> dict[str, Any]:
+    """Runs a study, writes its files into ``out`` and returns its numbers.
+
+    ``report`` in them is the result as lines of text. ``progress`` is called with (done, total).
+    """
+    if name not in STUDIES:
+        raise ConfigError(f"study: expected one of {', '.join(STUDIES)}, got {name!r}")
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    run: Callable[[Path, Progress], dict[str, Any]] = import_module(STUDIES[name].module).run
+    return run(folder, progress or (lambda done, total: None))
