@@ -42,7 +42,7 @@ def run(out: Path, progress: Callable[[int, int], None]) -> dict[str, Any]:
     log = simulate(model)
     filtered, composite = {}, {}
     for i, every in enumerate(EVERY):
-        times = T0 * every * np.arange(1, STEPS // every + 1)
+        times = T0 * every * np.arange(1.0, STEPS // every + 1)
         engine = sf.DesyncFilter(model, SENSORS, X0, P0, start=0.0)
         result = engine.run(log, times=times, noise=None)
         filtered[every] = result.estimate, result.sigma

@@ -35,21 +35,21 @@ def make_figure(
     left.set_title("Three rates of estimation, one estimate (simulated)", fontsize=10)
     left.set_ylabel("speed and standard error (m/s)")
     right.plot(time, paper, "k_", markersize=16, markeredgewidth=2.2, label="paper, table 2")
-    for key, colour, label in (
-        ("jerk_as_stated", "#D55E00", "fit, jerk 0.08 as stated"),
-        ("jerk_free", "#009E73", "fit, jerk free:"),
+    for key, line, colour, label in (
+        ("jerk_as_stated", ".--", "#D55E00", "regular readings, jerk {:.2f} as stated"),
+        ("jerk_free", ".--", "#009E73", "regular readings, jerk free: {:.2f}"),
+        ("irregular", ".:", "#0072B2", "irregular readings, jerk {:.2f}"),
     ):
         best = fit[key]
-        within = f"within {best['max_relative_deviation']:.1%}"
-        label = f"{label} {best['jerk']:.2f}" if key == "jerk_free" else label
+        within = f" (within {best['max_relative_deviation']:.2%})"
         right.plot(
-            time, best["standard_error"], ".--", color=colour, markersize=8, linewidth=1,
-            label=f"{label} ({within})",
+            time, best["standard_error"], line, color=colour, markersize=8, linewidth=1,
+            label=label.format(best["jerk"]) + within,
         )  # fmt: skip
     right.set_title("Standard errors of the paper, fitted (not reproduced)", fontsize=10)
     right.set_ylabel("standard error of speed (m/s)")
     low, high = min(paper), max(paper)
-    right.set_ylim(low - 0.03, high + 0.55 * (high - low))
+    right.set_ylim(low - 0.03, high + 0.7 * (high - low))
     for axes in (left, right):
         style.clean(axes)
         axes.set_xlabel("time (s)")

@@ -5,6 +5,7 @@
 #include "bits.hpp"
 #include "dense.hpp"
 #include "surefix/core/integrator_chain.hpp"
+#include "surefix/core/predict.hpp"
 
 namespace surefix {
 namespace {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "bits.hpp"
+#include "columns.hpp"
 #include "dense.hpp"
-#include "systems.hpp"
 
 namespace surefix::desync {
 namespace {

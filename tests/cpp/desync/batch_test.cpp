@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "bits.hpp"
+#include "columns.hpp"
 #include "surefix/desync/filter.hpp"
-#include "systems.hpp"
 
 namespace surefix::desync {
 namespace {
@@ -65,7 +65,7 @@ void expect_streaming_bits(const System& system, std::uint64_t seed) {
     ASSERT_TRUE(same_bits(batch.columns.covariance(t), filter.state().belief.P));
     ASSERT_TRUE(same_bits(batch.columns.sse[t], error.sse));
     ASSERT_EQ(batch.columns.degrees[t], error.degrees);
-    ASSERT_EQ(batch.columns.time[t], times[t]);
+    ASSERT_EQ(batch.columns.time[t], seconds(times[t]));
     filter.noise([&](std::size_t, const NoiseEstimate& e) {
       noise[static_cast<std::size_t>(e.id)] = e.value;
       variance[static_cast<std::size_t>(e.id)] = e.variance;

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "columns.hpp"
 #include "composite_reference.hpp"
 #include "surefix/desync/batch.hpp"
 #include "surefix/desync/filter.hpp"
-#include "systems.hpp"
 
 namespace surefix::desync {
 namespace {
