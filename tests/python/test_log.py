@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 import surefix as sf
 
 ROWS = [(0.1, "wheel", 20.1), (0.25, "radar", 19.8), (0.1, "radar", 20.4), (0.4, "wheel", 20.0)]
@@ -106,7 +107,6 @@ BAD: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         sf.ShapeError,
         r"log, time: expected shape \(any,\), got \(1, 1\)",
     ),
-    "time a number": (lambda: sf.Log(0.1, ["a"], [1.0]), sf.ShapeError, "time: expected shape"),
     "value of text": (
         lambda: sf.Log([0.1], ["a"], ["fast"]),
         sf.ConfigError,
@@ -177,9 +177,7 @@ def test_empty_and_NaN_values_are_kept_and_counted(tmp_path: Path) -> None:
 
 def test_wide_table_becomes_one_sensor_a_column(tmp_path: Path) -> None:
     text = "t,left,right,note\n0.1,20.1,,a\n0.2,20.2,19.9,b\n0.3,nan,19.8,c\n"
-    log = sf.read_log(
-        write(tmp_path, text), time="t", columns={"wheel": "left", "radar": "right"}
-    )
+    log = sf.read_log(write(tmp_path, text), time="t", columns={"wheel": "left", "radar": "right"})
     expected = [
         (0.1, "wheel", 20.1),
         (0.2, "wheel", 20.2),
@@ -300,7 +298,7 @@ def test_long_recording_is_read(recording: Callable[[str], Path]) -> None:
     path = recording("car-comma2k19/speed_events.csv")
     log = sf.read_log(path, time="t_s", value="value_mps")
     assert {"wheel_fl", "wheel_fr", "wheel_rl", "wheel_rr"} <= set(log.names)
-    assert len(log) == sum(1 for _ in path.open()) - 1
+    assert len(log) == len(path.read_text().splitlines()) - 1
     assert np.isfinite(log.time).all()
 
 

@@ -8,8 +8,9 @@ import sys
 
 import numpy as np
 import pytest
+
 import surefix as sf
-from oracle import models, sequential
+from oracle import composite_forward, models, sequential
 from oracle.compare import smallest_correlation
 from oracle.noise import noise_estimate
 from oracle.precise import update as precise_update
@@ -119,7 +120,9 @@ def test_late_data_gives_a_negative_covariance_a_lock_up_or_NaN() -> None:
             estimate = filter.estimate(now)
             assert np.isfinite(estimate.x).all()
             assert smallest_correlation(estimate.P) >= 0.0
-        late += filter.push(float(log.time[i]), str(log.sensor[i]), float(log.value[i])).name != "ok"
+        late += (
+            filter.push(float(log.time[i]), str(log.sensor[i]), float(log.value[i])).name != "ok"
+        )
     assert late == filter.counters["too_late"] > 100
     assert filter.counters["ok"] == 3000 - late
     assert abs(filter.estimate(last + 1.0).x[0] - 20.0) < 2.0
@@ -176,8 +179,8 @@ def test_log_likelihood_is_wrong_only_when_observations_are_vectors(way: str) ->
 
 def test_innovation_variance_of_zero_gives_a_silent_NaN() -> None:
     """A state that is known, and a sensor so sharp that its variance underflows: answered."""
-    filter = sf.DesyncFilter(sf.ConstantVelocity(0.0), [sf.Sensor("w", 1e-170)], [1.0], [[0.0]],
-                             start=0.0)  # fmt: skip
+    sharp = sf.Sensor("w", 1e-170)
+    filter = sf.DesyncFilter(sf.ConstantVelocity(0.0), [sharp], [1.0], [[0.0]], start=0.0)
     result = filter.run(sf.Log([0.5, 0.6], ["w", "w"], [1.0, 2.0]), times=[1.0])
     assert result.counts == {"numerical": 2}
     assert result.x.tolist() == [[1.0]]
@@ -187,8 +190,11 @@ def test_innovation_variance_of_zero_gives_a_silent_NaN() -> None:
         sf.CompositeStep([np.eye(1)] * 2, [np.zeros((1, 1))] * 2, [np.eye(1)], [[[0.0]]])
 
 
-@pytest.mark.parametrize("sensor", [RADAR, sf.Sensor("radar", 0.5, scale_sigma=0.01, scale_time=9.0,
-                                                     bias_sigma=0.3, bias_time=5.0)])  # fmt: skip
+@pytest.mark.parametrize(
+    "sensor",
+    [RADAR, sf.Sensor("radar", 0.5, bias_sigma=0.3, bias_time=5.0)],
+    ids=lambda s: s.bias_sigma,
+)
 def test_a_gap_of_a_year(sensor: sf.Sensor) -> None:
     """The estimate goes on, as wide as the model says, and the next reading brings it back."""
     filter = sf.DesyncFilter(SPEED, [sensor], [20.0, 0.0], np.eye(2), start=0.0)
@@ -249,17 +255,13 @@ def test_gross_fault_leaves_no_NaN_and_no_tie() -> None:
 
 
 def test_an_absurd_reading_is_not_used_in_silence() -> None:
-    """So large that its square overflows: refused and counted, or impossible; never a NaN."""
+    """So large that its square overflows: refused and counted, and nothing else changes."""
     filter = sf.DesyncFilter(SPEED, [WHEEL], [0.0, 0.0], np.eye(2), start=0.0)
-    log = sf.Log([0.1, 0.2], ["wheel", "wheel"], [1e200, 0.1])
-    result = filter.run(log, times=[1.0])
-    if result.counts == {"ok": 2}:
-        assert result.p_value[0] == 0.0
-    else:
-        assert result.counts == {"ok": 1, "numerical": 1}
-    assert np.isfinite(result.x).all()
-    assert not np.isnan(result.p_value).any()
-    assert not np.isnan(result.log_likelihood)
+    result = filter.run(sf.Log([0.1, 0.2], ["wheel"] * 2, [1e200, 0.1]), times=[1.0])
+    without = filter.run(sf.Log([0.2], ["wheel"], [0.1]), times=[1.0])
+    assert result.counts == {"ok": 1, "numerical": 1}
+    np.testing.assert_allclose(result.x, without.x, rtol=1e-14)
+    assert np.isfinite(result.log_likelihood)
 
 
 def test_nis_of_a_vector_is_not_the_sum_of_its_components() -> None:
@@ -270,7 +272,7 @@ def test_nis_of_a_vector_is_not_the_sum_of_its_components() -> None:
     update = mine.update(journey.x0, journey.P0, concatenate(step.z))
     nis = sequential.kalman(step, journey.x0, journey.P0).nis
     assert update.sse == pytest.approx(float(nis.sum()), rel=1e-12)
-    from oracle.composite_forward import update as forward
 
-    dense = noise_estimate(forward(step, journey.x0, journey.P0), step.Upsilon)
+    posterior = composite_forward.update(step, journey.x0, journey.P0)
+    dense = noise_estimate(posterior, step.Upsilon)
     assert update.sse == pytest.approx(dense.sse, rel=1e-10)

@@ -57,10 +57,11 @@ class View:
         stride = -(-len(found) // MOST_DOTS) or 1
         return found[::stride], stride
 
-    def line_steps(self) -> npt.NDArray[np.intp]:
-        """Estimates that a line goes through."""
+    def line_steps(self) -> tuple[npt.NDArray[np.intp], int]:
+        """Estimates that a line goes through, and their stride."""
         found = np.flatnonzero(self.steps)
-        return found[:: -(-len(found) // MOST_POINTS) or 1]
+        stride = -(-len(found) // MOST_POINTS) or 1
+        return found[::stride], stride
 
 
 def draw_estimates(axes: Axes, view: View) -> None:
@@ -75,23 +76,25 @@ def draw_estimates(axes: Axes, view: View) -> None:
             log.time[rows], log.value[rows], ".", color=view.colours[name], alpha=0.5,
             markersize=size, markeredgewidth=0, label=label, rasterized=True, zorder=2,
         )  # fmt: skip
-    at = view.line_steps()
-    time = result.time[at]
+    at, stride = view.line_steps()
+    time, dense = result.time[at], len(at) > 8000
     axes.plot(
-        time, result.estimate[at], color=style.ESTIMATE, linewidth=2.2 if len(at) < 1500 else 1.6,
-        label="estimate", zorder=4,
+        time, result.estimate[at], color=style.ESTIMATE, zorder=4,
+        linewidth=1.0 if dense else 1.6 if len(at) > 1500 else 2.2,
+        label="estimate" if stride == 1 else f"estimate (every {_ordinal(stride)} shown)",
     )  # fmt: skip
     label = f"interval, risk {result.risk:.0e}".replace("e-0", "e-")
     for i, bound in enumerate((result.lower, result.upper)):
         axes.plot(
-            time, bound[at], ":", color=style.ESTIMATE, linewidth=1.0, zorder=4,
+            time, bound[at], ":", color=style.ESTIMATE, linewidth=0.6 if dense else 1.0, zorder=4,
             label=label if i == 0 else "_",
         )  # fmt: skip
     marked = view.rows & view.flagged
     if marked.any():
         axes.plot(
             log.time[marked], log.value[marked], "x", color=style.ALARM, markersize=4.5,
-            markeredgewidth=1.0, label="flagged", zorder=5,
+            markeredgewidth=1.0, zorder=5,
+            label=f"flagged (false alarm {view.false_alarm:g} a run)",
         )  # fmt: skip
 
 
@@ -106,7 +109,7 @@ def draw_reference(axes: Axes, view: View, reference: tuple[FloatArray, FloatArr
 
 def draw_error(axes: Axes, view: View, reference: tuple[FloatArray, FloatArray]) -> None:
     """Estimate minus truth between the ends of the interval, relative to the estimate."""
-    result, at = view.result, view.line_steps()
+    result, (at, _) = view.result, view.line_steps()
     time = result.time[at]
     truth = np.interp(time, *reference, left=np.nan, right=np.nan)
     axes.plot(time, result.estimate[at] - truth, color=style.REFERENCE, linewidth=1.1)

@@ -22,7 +22,12 @@ TEST(Time, IsTheNearestNanosecond) {
   EXPECT_EQ(converted(-1e-9), -1);
   EXPECT_EQ(converted(0.6e-9), 1);
   EXPECT_EQ(converted(0.4e-9), 0);
+}
+
+TEST(Time, OfUnixKeepsTheNanosecondsThatADoubleHolds) {
   EXPECT_EQ(converted(1.7e9 + 0.25), 1'700'000'000'250'000'000);
+  EXPECT_EQ(converted(-1.7e9 - 0.125), -1'700'000'000'125'000'000);
+  EXPECT_EQ(converted(2999999999.5), 2'999'999'999'500'000'000);
 }
 
 TEST(Time, TiesGoToTheEvenNanosecond) {

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import surefix as sf
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+
+import surefix as sf
 
 # The root of erfc(K / sqrt(2)) = risk with 60 decimal digits: neither SciPy's nor Boost's.
 QUANTILES = {

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 import surefix as sf
+from oracle.step import Array
 from surefix.core.sensor import make_system, state_names
 
 CHAIN = sf.ConstantAcceleration(jerk=0.1, position=True)
@@ -94,7 +96,8 @@ def test_errors_become_states_in_the_order_of_the_sensors() -> None:
 
 def test_errors_wander_as_gauss_markov_processes() -> None:
     """phi = exp(-dt / tau) and sigma^2 (1 - phi^2), a constant where tau is infinite."""
-    _, F, Q = make_system(CHAIN, SENSORS).transition(1_500_000_000)
+    status, F, Q = make_system(CHAIN, SENSORS).transition(1_500_000_000)
+    assert status == "ok"
     assert F is not None
     assert Q is not None
     F_model, Q_model = CHAIN.transition(1.5)
@@ -102,7 +105,8 @@ def test_errors_wander_as_gauss_markov_processes() -> None:
     variance = np.array([0.1, 0.5, 0.2, 0.3]) ** 2
     np.testing.assert_allclose(np.diag(F)[3:], decay, rtol=1e-15)
     np.testing.assert_allclose(np.diag(Q)[3:], variance * (1 - decay**2), rtol=1e-15)
-    for whole, model in ((F, F_model), (Q, Q_model)):
+    blocks: list[tuple[Array, Array]] = [(F, F_model), (Q, Q_model)]
+    for whole, model in blocks:
         assert np.array_equal(whole[:3, :3], model)
         assert not np.any((whole - np.diag(np.diag(whole)))[3:])
         assert not np.any(whole[:3, 3:])
@@ -119,8 +123,9 @@ def test_reading_is_scaled_and_biased() -> None:
         ([0, 1, 0, 0, 0, 0, 1], 20.4),
     ]
     for sensor, (row, reading) in enumerate(rows):
+        expected = np.array(row, dtype=np.float64)
         h, z = system.row(sensor, x)
-        np.testing.assert_allclose(h, row, rtol=1e-15)
+        np.testing.assert_allclose(h, expected, rtol=1e-15)
         assert z == pytest.approx(reading, rel=1e-15)
 
 

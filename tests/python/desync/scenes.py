@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 from math import inf
 
 import numpy as np
-import surefix as sf
 from hypothesis import strategies as st
-from oracle import models, sensors
+
+import surefix as sf
+from oracle import models
+from oracle import sensors as oracle
 from oracle.step import Array
 
 OSCILLATOR = models.Model(
@@ -38,7 +40,7 @@ class Scene:
     """``rows``: (time, sensor index, value) in the order of the log."""
 
     model: sf.Model
-    transition: sensors.Transition
+    transition: oracle.Transition
     sensors: tuple[sf.Sensor, ...]
     x0: Array
     P0: Array
@@ -63,9 +65,9 @@ class Scene:
         order = np.random.default_rng(seed).permutation(len(self.rows))
         return replace(self, rows=tuple(self.rows[i] for i in order))
 
-    def oracle(self, times: Array) -> sensors.Run:
+    def expected(self, times: Array) -> oracle.Run:
         known = [
-            sensors.Sensor(
+            oracle.Sensor(
                 s.name,
                 np.array(s.row(self.model)),
                 s.sigma,
@@ -76,13 +78,13 @@ class Scene:
             )
             for s in self.sensors
         ]
-        return sensors.run(self.transition, known, self.x0, self.P0, self.rows, times.tolist())
+        return oracle.run(self.transition, known, self.x0, self.P0, self.rows, times.tolist())
 
 
-def exact_transition(name: str) -> sensors.Transition:
+def exact_transition(name: str) -> oracle.Transition:
     """From the matrix exponential; of the discrete model, powers."""
 
-    @lru_cache(maxsize=None)
+    @cache
     def transition(dt: float) -> tuple[Array, Array]:
         if name != "discrete":
             F, Q, _ = models.van_loan(MODELS[name][1], dt)

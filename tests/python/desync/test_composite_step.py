@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import surefix as sf
 from hypothesis import given
 from hypothesis import strategies as st
+
+import surefix as sf
 from oracle import composite, composite_forward
 from oracle.compare import covariance_error, smallest_correlation, state_error
 from oracle.conditioning import precise_journey, sensitivity
@@ -32,9 +33,7 @@ ways = pytest.mark.parametrize("way", ["sequential", "composite"])
 
 
 def engine(step: Step) -> sf.CompositeStep:
-    return sf.CompositeStep(
-        step.F, step.Q, step.H, G=step.G, J=step.J, Upsilon=step.Upsilon
-    )
+    return sf.CompositeStep(step.F, step.Q, step.H, G=step.G, J=step.J, Upsilon=step.Upsilon)
 
 
 def run(step: Step, x: Array, P: Array, way: str = "auto") -> sf.StepUpdate:
@@ -321,7 +320,7 @@ def test_printed_covariance_is_wrong_where_its_dimensions_match() -> None:
     step = sf.CompositeStep([F, F], [np.zeros((2, 2)), Q], [[[1.0, 0.0]]], [[[0.3]]])
     mine = step.update(np.zeros(2), P0, [0.0])
     P_prior = step.F @ P0 @ step.F.T + Q
-    cross = (P_prior @ step.H.T - step.W @ step.Omega @ step.Theta.T)
+    cross = P_prior @ step.H.T - step.W @ step.Omega @ step.Theta.T
     K = cross / step.Gamma(P0)
     corrected = (np.eye(2) - K @ step.H) @ P_prior + K @ step.Theta @ step.Omega @ step.W.T
     printed = (np.eye(2) - K @ step.H) @ P_prior - K @ step.H @ Q

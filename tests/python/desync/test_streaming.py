@@ -10,8 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-import surefix as sf
-from desync.scenes import Scene, random_scene, scenes
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -22,6 +20,9 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
+
+import surefix as sf
+from desync.scenes import Scene, random_scene, scenes
 from oracle.compare import covariance_error, state_error
 from oracle.sensors import nanoseconds
 
@@ -34,7 +35,7 @@ SYSTEMS: dict[str, tuple[sf.Model, tuple[sf.Sensor, ...]]] = {
     "fixed size": (SPEED, (WHEEL, RADAR)),
     "sensor states": (SPEED, (WHEEL, BIASED, SCALED)),
     "one state": (sf.ConstantVelocity(0.7), (RADAR, BIASED)),
-    "discrete": (sf.DiscreteModel([[0.99]], [[0.05]], period=0.05), (WHEEL, RADAR)),
+    "discrete": (sf.DiscreteModel(0.99 * np.eye(1), 0.05 * np.eye(1), period=0.05), (WHEEL, RADAR)),
 }
 
 
@@ -204,7 +205,7 @@ class Stream(RuleBasedStateMachine):
 
 
 def test_stream_has_the_bits_of_the_batch() -> None:
-    run_state_machine_as_test(Stream)  # type: ignore[no-untyped-call]
+    run_state_machine_as_test(Stream)
 
 
 @given(scene=scenes(), seed=st.integers(0, 1000), rate=st.sampled_from([1, 2, 5, 10]))
@@ -249,7 +250,12 @@ def test_time_that_is_no_time_is_answered(
 
 def test_late_within_the_step_has_the_same_bits() -> None:
     filters = [make("sensor states") for _ in range(2)]
-    rows = [(0.1, "wheel", 20.1), (0.2, "biased", 20.4), (0.2, "scaled", 20.2), (0.3, "wheel", 19.8)]
+    rows = [
+        (0.1, "wheel", 20.1),
+        (0.2, "biased", 20.4),
+        (0.2, "scaled", 20.2),
+        (0.3, "wheel", 19.8),
+    ]
     for row in rows:
         filters[0].push(*row)
     for row in reversed(rows):
@@ -320,7 +326,7 @@ def test_interval_is_centred_on_the_output_at_the_risk() -> None:
 
 def failing() -> tuple[sf.DesyncFilter, float, type[Exception]]:
     """A filter, and the time of an estimate that overflows."""
-    model = sf.LinearModel([[1.0]], [[1.0]], [[1.0]])
+    model = sf.LinearModel(np.eye(1), np.eye(1), np.eye(1))
     filter = sf.DesyncFilter(model, [sf.Sensor("w", 1.0)], [1.0], [[1.0]], start=0.0)
     return filter, 2000.0, sf.NumericalError
 
@@ -379,9 +385,7 @@ SECOND = [(1.1, "wheel", 20.2), (1.4, "radar", 20.1), (1.6, "wheel", 20.4)]
 
 @pytest.mark.parametrize("added", [sf.Sensor("plain", 1.0), BIASED, SCALED])
 @pytest.mark.parametrize("system", ["fixed size", "sensor states"])
-def test_adding_and_removing_an_unused_sensor_changes_no_bit(
-    system: str, added: sf.Sensor
-) -> None:
+def test_adding_and_removing_an_unused_sensor_changes_no_bit(system: str, added: sf.Sensor) -> None:
     if added.name in [sensor.name for sensor in SYSTEMS[system][1]]:
         added = replace(added, name="another")
     plain, changed = make(system), make(system)
