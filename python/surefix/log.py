@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import gzip
 import io
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -133,7 +134,7 @@ def _read_csv(
         lines = io.TextIOWrapper(raw, encoding="utf-8-sig", newline="")  # type: ignore[type-var]
         try:
             return _parse(path, csv.reader(lines), wanted, texts, size, progress)
-        except (UnicodeDecodeError, csv.Error, gzip.BadGzipFile) as error:
+        except (UnicodeDecodeError, csv.Error, gzip.BadGzipFile, EOFError, zlib.error) as error:
             raise ConfigError(f"{path}: not a readable CSV file: {error}") from None
 
 

@@ -13,15 +13,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 import surefix as sf
 
 pytest.importorskip("typer")
 pytest.importorskip("rich")
 pytest.importorskip("matplotlib")
 
+from typer.testing import CliRunner
+
 from surefix.cli import main, tables
 from surefix.cli.app import app
-from typer.testing import CliRunner
 
 CONFIG = """
 [model]
@@ -67,6 +69,12 @@ def run(folder: Path, *options: str, log: str = "log.csv") -> Any:
     return invoke("run", folder / log, "--config", config, "--out", out, *options)
 
 
+@pytest.fixture
+def no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves out what takes most of the time."""
+    monkeypatch.setattr("surefix.cli.outputs.save_figure", lambda figure, path: None)
+
+
 def edit(folder: Path, old: str, new: str, name: str = "log.csv") -> None:
     path = folder / name
     text = path.read_text(encoding="utf-8")
@@ -96,6 +104,7 @@ def test_healthy_run(healthy: Path) -> None:
     assert (healthy / "out" / "plot.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.usefixtures("no_figure")
 def test_summary_from_the_files_alone(healthy: Path) -> None:
     done = run(healthy, "--json")
     assert done.exit_code == 0
@@ -138,6 +147,7 @@ def test_summary_from_the_files_alone(healthy: Path) -> None:
     assert summary["versions"]["surefix"] == sf.__version__
 
 
+@pytest.mark.usefixtures("no_figure")
 def test_files_agree_and_are_exact(healthy: Path) -> None:
     run(healthy)
     out = healthy / "out"
@@ -158,6 +168,7 @@ def test_files_agree_and_are_exact(healthy: Path) -> None:
     assert float(flat["sensors.wheel.rate_hz"]) == summary["sensors"]["wheel"]["rate_hz"]
 
 
+@pytest.mark.usefixtures("no_figure")
 def test_alert(healthy: Path) -> None:
     rows = read(healthy / "log.csv")
     edit(healthy, f"{rows[100]['value']}", "70.0")
@@ -180,6 +191,7 @@ def test_alert(healthy: Path) -> None:
     assert stored["value"][1] is None
 
 
+@pytest.mark.usefixtures("no_figure")
 def test_overrides(healthy: Path) -> None:
     summary = json.loads(run(healthy, "--json", "--rate", "2", "--risk", "0.1").stdout)
     assert (summary["rate_hz"], summary["risk"]) == (2.0, 0.1)
@@ -189,26 +201,46 @@ def test_overrides(healthy: Path) -> None:
     assert "rate" in bad.stderr
 
 
+@pytest.mark.usefixtures("no_figure")
 def test_every_measurement_without_rate(healthy: Path) -> None:
     edit(healthy, "rate = 5.0", "", "config.toml")
     assert json.loads(run(healthy, "--json").stdout)["estimates"] == 800
 
 
-def test_other_formats(healthy: Path) -> None:
-    expected = json.loads(run(healthy, "--json").stdout)
-    packed = healthy / "log.csv.gz"
-    packed.write_bytes(gzip.compress((healthy / "log.csv").read_bytes()))
-    logs = ["log.csv.gz"]
-    try:
-        import pandas as pd
+@pytest.mark.usefixtures("no_figure")
+@pytest.mark.parametrize("ending", ["csv.gz", "parquet"])
+def test_other_formats(healthy: Path, ending: str) -> None:
+    if ending == "parquet":
+        parquet = pytest.importorskip("pyarrow.parquet")
+        table = pytest.importorskip("pyarrow.csv").read_csv(healthy / "log.csv")
+        parquet.write_table(table, healthy / "log.parquet")
+    else:
+        (healthy / "log.csv.gz").write_bytes(gzip.compress((healthy / "log.csv").read_bytes()))
+    expected, found = (
+        json.loads(run(healthy, "--json", log=f"log.{e}").stdout) for e in ("csv", ending)
+    )
+    assert found["log_likelihood"] == expected["log_likelihood"]
 
-        pd.read_csv(healthy / "log.csv").to_parquet(healthy / "log.parquet")
-        logs.append("log.parquet")
-    except ImportError:
-        pass
-    for log in logs:
-        found = json.loads(run(healthy, "--json", log=log).stdout)
-        assert found["log_likelihood"] == expected["log_likelihood"]
+
+def test_no_row_can_be_used(healthy: Path) -> None:
+    edit(healthy, "rate = 5.0", "", "config.toml")
+    (healthy / "log.csv").write_text("time_s,sensor,value\nnan,wheel,1\n1,x,1\n", encoding="utf-8")
+    done = run(healthy)
+    assert done.exit_code == 0, done.output
+    assert "sensor not in the configuration" in done.stdout
+    assert read(healthy / "out" / "estimates.csv") == []
+    assert len(read(healthy / "out" / "events.csv")) == 2
+    done = run(healthy, "--rate", "5")
+    assert (done.exit_code, done.stderr.count("\n")) == (1, 1)
+
+
+def test_without_matplotlib(healthy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("surefix.cli.outputs.importlib.util.find_spec", lambda name: None)
+    done = run(healthy, "--json")
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["rows"] == 800
+    assert "pip install surefix[plot]" in done.stderr
+    assert not (healthy / "out" / "plot.png").exists()
 
 
 @pytest.mark.parametrize(
@@ -241,6 +273,14 @@ def test_missing_log_and_blocked_folder(healthy: Path) -> None:
     (healthy / "out").write_text("a file", encoding="utf-8")
     done = run(healthy)
     assert (done.exit_code, done.stderr.count("\n")) == (1, 1)
+
+
+def test_truncated_gzip(healthy: Path) -> None:
+    packed = gzip.compress((healthy / "log.csv").read_bytes())
+    (healthy / "log.csv.gz").write_bytes(packed[: len(packed) // 2])
+    done = run(healthy, log="log.csv.gz")
+    assert (done.exit_code, done.stderr.count("\n")) == (1, 1)
+    assert "log.csv.gz: not a readable CSV file" in done.stderr
 
 
 def test_demo(tmp_path: Path) -> None:
@@ -276,7 +316,8 @@ def test_demo(tmp_path: Path) -> None:
     assert len(events) == summary["flagged"]
 
 
-def test_study(tmp_path: Path) -> None:
+def test_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("surefix.studies.standard_error_fit.WHEEL_HZ", (20,))
     listed = invoke("study", "--list")
     assert listed.exit_code == 0
     assert "bilenne-table-2" in listed.stdout

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 import surefix as sf
 from surefix import config as module
 from surefix.config import Config, load_config

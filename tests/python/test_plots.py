@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+
 import surefix as sf
 from surefix.plots import Event, plot_result
 from surefix.plots import panels as drawn
@@ -81,9 +82,12 @@ def test_artists() -> None:
 
 def test_far_outlier_is_a_triangle_at_the_edge() -> None:
     main = plot_result(make_result()).axes[0]
-    (marks,) = [m for m in main.get_lines() if m.get_marker() == "^" and len(m.get_xydata())]  # type: ignore[arg-type]
+    (marks,) = [
+        m for m in main.get_lines() if m.get_marker() == "^" and len(np.asarray(m.get_xdata()))
+    ]
     assert main.get_ylim()[1] < 100
-    np.testing.assert_allclose(marks.get_xydata(), [[0.05 * OUTLIER, main.get_ylim()[1]]])
+    np.testing.assert_allclose(np.asarray(marks.get_xdata(), float), 0.05 * OUTLIER)
+    np.testing.assert_allclose(np.asarray(marks.get_ydata(), float), main.get_ylim()[1])
 
 
 def test_legend_covers_no_data() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 import surefix as sf
 from surefix.studies import STUDIES, bilenne_table_2, run_study, standard_error_fit
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import typer
 
 from surefix.cli import tables
 from surefix.cli.tables import Columns
@@ -34,6 +37,14 @@ def write_tables(
         tables.write_columns_json(folder / "estimates.json", estimates)
         tables.write_columns_json(folder / "events.json", events)
         tables.write_flat_csv(folder / "summary.csv", summary)
+
+
+def can_plot() -> bool:
+    """Whether figures can be drawn; if not, says on stderr what is missing."""
+    if importlib.util.find_spec("matplotlib") is not None:
+        return True
+    typer.echo("note: no figure without matplotlib: pip install surefix[plot]", err=True)
+    return False
 
 
 def save_figure(figure: Figure, path: Path) -> None:

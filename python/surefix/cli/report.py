@@ -50,10 +50,12 @@ def print_sensors(console: Console, summary: Mapping[str, Any]) -> None:
 def print_estimates(console: Console, summary: Mapping[str, Any]) -> None:
     """How many estimates, how they fit, their errors to the reference."""
     rate, steps = summary["rate_hz"], summary["steps"]
+    how = f"{rate:g} a second" if rate else "one per measurement"
+    if summary["estimates"]:
+        how += f", mean σ {summary['mean_sigma']:.3g}"
+        how += f", log-likelihood {summary['log_likelihood']:.6g}"
     lines = {
-        "estimates": f"{summary['estimates']}, "
-        + (f"{rate:g} a second" if rate else "one per measurement")
-        + f", mean σ {summary['mean_sigma']:.3g}, log-likelihood {summary['log_likelihood']:.6g}",
+        "estimates": f"{summary['estimates']}, {how}",
         "flagged": f"{summary['flagged']} rows, {steps['count']} steps with p < "
         f"{steps['p_value_below']:.1e} (false alarm {summary['false_alarm']:g} per run)",
     }

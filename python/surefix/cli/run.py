@@ -14,6 +14,7 @@ from surefix.cli.summary import event_table, summarise
 from surefix.cli.terminal import phases, reports_errors
 from surefix.config import Config, Output, check_output, load_config
 from surefix.errors import ConfigError
+from surefix.plots import plot_result
 
 ALERT = 3
 
@@ -28,8 +29,6 @@ def run(
     risk: Annotated[float | None, typer.Option(help="Risk of the interval, per estimate.")] = None,
 ) -> None:
     """Fuse a log: estimates, intervals, what does not fit. Exit code 3 if a row was flagged."""
-    from surefix.plots import plot_result
-
     settings = load_config(config)
     output = _overridden(settings.output, rate, risk)
     settings = dataclasses.replace(settings, output=output)
@@ -46,11 +45,12 @@ def run(
             summary.update(summarise(result, settings, known))
             events = event_table(result, output.false_alarm)
             outputs.write_tables(out, result.columns(), events, summary, progress=advance)
-        with shown.phase("plotting"):
-            figure = plot_result(
-                result, reference=known, false_alarm=output.false_alarm, title=log.name
-            )
-            outputs.save_figure(figure, out / "plot.png")
+        if outputs.can_plot():
+            with shown.phase("plotting"):
+                figure = plot_result(
+                    result, reference=known, false_alarm=output.false_alarm, title=log.name
+                )
+                outputs.save_figure(figure, out / "plot.png")
     if json:
         typer.echo(tables.as_json(summary))
     else:

@@ -51,7 +51,7 @@ def summarise(
         "estimates": len(result.time),
         "rate_hz": output.rate,
         "risk": result.risk,
-        "mean_sigma": float(result.sigma.mean()),
+        "mean_sigma": float(result.sigma.mean()) if len(result.time) else None,
         "noise": output.noise,
         "log_likelihood": result.log_likelihood,
         "false_alarm": output.false_alarm,

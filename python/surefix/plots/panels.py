@@ -167,6 +167,9 @@ def draw_p_values(axes: Axes, view: View) -> None:
     """p-value of every step (χ² of its SSE), and the level that a healthy run keeps above."""
     result = view.result
     counted = np.isfinite(result.p_value)
+    axes.set_ylabel("p of step", fontsize=9)
+    if not (view.steps & counted).any():
+        return
     p = np.maximum(np.where(counted, result.p_value, 1.0), SMALLEST_P)
     level = view.false_alarm / max(int(counted.sum()), 1)
     shown = view.steps & counted
@@ -178,8 +181,8 @@ def draw_p_values(axes: Axes, view: View) -> None:
     axes.axhline(level, color=style.ALARM, linewidth=0.9, linestyle="--")
     smallest = float(p[shown].min(initial=level))
     axes.set_ylim(max(smallest, SMALLEST_P) / 30, 5.0)
-    floor = f"\n(≥ {SMALLEST_P:.0e})" if smallest <= SMALLEST_P else ""
-    axes.set_ylabel(f"p of step{floor}", fontsize=9)
+    if smallest <= SMALLEST_P:
+        axes.set_ylabel(f"p of step\n(≥ {SMALLEST_P:.0e})", fontsize=9)
 
 
 def _ordinal(n: int) -> str:

@@ -69,7 +69,9 @@ def _view(result: Result, window: tuple[float, float] | None, false_alarm: float
     time = result.log.time
     if window is None:
         finite = np.concatenate([time[np.isfinite(time)], result.time])
-        window = float(finite.min()), float(finite.max())
+        window = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
+        if not len(finite):
+            window = 0.0, 1.0
         window = window if window[1] > window[0] else (window[0] - 0.5, window[1] + 0.5)
     if not window[0] < window[1]:
         raise ConfigError(f"window: expected (from, to) with from < to, got {window}")

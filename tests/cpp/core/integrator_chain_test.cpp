@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "bits.hpp"
 #include "dense.hpp"
 #include "systems.hpp"
@@ -32,7 +34,13 @@ class IntegratorChainTest : public ::testing::Test {
 
 using Chains = ::testing::Types<ConstantVelocity, ConstantVelocityWithPosition,
                                 ConstantAcceleration, ConstantAccelerationWithPosition>;
-TYPED_TEST_SUITE(IntegratorChainTest, Chains);
+struct ChainName {
+  template <class Model>
+  static std::string GetName(int) {
+    return std::to_string(Model::size) + "_reads_" + std::to_string(Model::output);
+  }
+};
+TYPED_TEST_SUITE(IntegratorChainTest, Chains, ChainName);
 
 TYPED_TEST(IntegratorChainTest, IsTheMatrixExponential) {
   for (Time elapsed : {Time{1}, millisecond, second, 100 * second}) {

@@ -16,6 +16,12 @@ inline constexpr double max_seconds = 3e9;
 /// Largest magnitude of a latency [s].
 inline constexpr double max_latency = 1e6;
 
+/// Whether a time is one that the engine computes with.
+constexpr bool in_range(Time time) noexcept {
+  constexpr Time largest = static_cast<Time>(max_seconds) * 1'000'000'000;
+  return time >= -largest && time <= largest;
+}
+
 /// Duration in seconds, correctly rounded.
 constexpr double seconds(Time duration) noexcept { return static_cast<double>(duration) / 1e9; }
 

@@ -37,7 +37,8 @@ class Filter {
   }
 
   /// Ends the step at `time` ≥ the last estimate's: uses all measurements valid until then, gives
-  /// the step's SSE; the belief is `state().belief`. On any status but ok nothing changes.
+  /// the step's SSE; the belief is `state().belief`. On any status but ok nothing changes, except that the
+  /// noise of the step before may be gone.
   Status estimate(Time time, StepError& error) noexcept {
     const std::size_t ready = buffer_.ready(time);
     State state = state_;
@@ -45,6 +46,7 @@ class Filter {
     Counters counters = counters_;
     std::size_t used = 0;
     Status status = time < state.time ? Status::time_backwards : Status::ok;
+    if (!in_range(time)) status = Status::not_finite;
     for (std::size_t i = 0; i < ready && status == Status::ok; ++i) {
       const Status absorbed = absorb(system_, state, buffer_[i], records_[used]);
       if (absorbed == Status::ok) ++used;
@@ -53,6 +55,7 @@ class Filter {
     if (status == Status::ok) status = close_step(system_, state, time, error);
     if (status != Status::ok) {
       counters_.count(status);
+      if (used > 0) used_ = 0;  // their records lie where those of the last step were
       return status;
     }
     state_ = state;
@@ -98,7 +101,7 @@ class Filter {
   [[nodiscard]] Status try_push(Time stamp, std::int32_t sensor, double value,
                                 std::int64_t id) noexcept {
     if (sensor < 0 || sensor >= system_.sensor_count()) return Status::unknown_sensor;
-    if (!std::isfinite(value)) return Status::not_finite;
+    if (!std::isfinite(value) || !in_range(stamp)) return Status::not_finite;
     const Time valid = stamp - system_.sensor(sensor).latency;
     if (started_ && valid < state_.oldest) return Status::too_late;
     return buffer_.push({valid, value, id, sensor});

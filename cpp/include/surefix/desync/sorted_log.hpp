@@ -73,7 +73,7 @@ class SortedLog {
   [[nodiscard]] Status usable(std::size_t i) const noexcept {
     const std::int32_t s = log_.sensor[i];
     if (s < 0 || static_cast<std::size_t>(s) >= latency_.size()) return Status::unknown_sensor;
-    const bool finite = std::isfinite(log_.value[i]) && log_.stamp[i] != no_time;
+    const bool finite = std::isfinite(log_.value[i]) && in_range(log_.stamp[i]);
     return finite ? Status::ok : Status::not_finite;
   }
   [[nodiscard]] Measurement row(std::size_t i) const noexcept {
