@@ -41,7 +41,7 @@ class Problem:
 def make_problem(count: int) -> Problem:
     """Steps of 1 to 60 ms, a sensor at random, a speed that wanders around 30 m/s."""
     random = np.random.RandomState(1)
-    time = np.round(np.cumsum(random.uniform(1e-3, 60e-3, count)), 9)
+    time: Floats = np.round(np.cumsum(random.uniform(1e-3, 60e-3, count)), 9).astype(np.float64)
     sensor = random.randint(0, 3, count).astype(np.int32)
     speed = 30 + 10 * np.sin(time / 100)
     noise = np.array(list(SIGMA.values()))[sensor] * random.normal(size=count)
@@ -85,7 +85,14 @@ def reference(problem: Problem, build: Path) -> Contender:
     function = ctypes.CDLL(str(library)).w1_reference
     function.restype = ctypes.c_double
     pointer = ctypes.c_void_p
-    function.argtypes = [pointer] * 3 + [ctypes.c_size_t, pointer, ctypes.c_double] + [pointer] * 2
+    function.argtypes = [
+        *[pointer] * 3,
+        ctypes.c_size_t,
+        pointer,
+        ctypes.c_double,
+        pointer,
+        pointer,
+    ]
     count = len(problem.time)
     variance = problem.variance
 

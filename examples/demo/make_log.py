@@ -381,7 +381,7 @@ CONFIG_TAIL = """
 [output]
 rate = 5.0           # Hz
 risk = 1e-11         # that the true speed lies outside the interval
-false_alarm = 0.01   # that a good measurement is taken for a fault
+false_alarm = 0.01   # that any row of a healthy run is flagged
 
 [reference]
 file = "truth.csv"

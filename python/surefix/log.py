@@ -126,12 +126,12 @@ def _read_csv(
     path: Path, wanted: list[str], texts: set[str], progress: Progress | None
 ) -> dict[str, Any]:
     try:
-        raw = gzip.open(path) if path.suffix == ".gz" else path.open("rb")
+        raw = (gzip.open if path.suffix == ".gz" else open)(path, "rb")
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from None
     with raw:
         size = path.stat().st_size
-        lines = io.TextIOWrapper(raw, encoding="utf-8-sig", newline="")  # type: ignore[type-var]
+        lines = io.TextIOWrapper(raw, encoding="utf-8-sig", newline="")
         try:
             return _parse(path, csv.reader(lines), wanted, texts, size, progress)
         except (UnicodeDecodeError, csv.Error, gzip.BadGzipFile, EOFError, zlib.error) as error:

@@ -22,7 +22,8 @@ pytest.importorskip("matplotlib")
 
 from typer.testing import CliRunner
 
-from surefix.cli import main, tables
+from surefix import tables
+from surefix.cli import main
 from surefix.cli.app import app
 
 CONFIG = """

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
 from oracle import composite, composite_forward, models, sequential
 from oracle.compare import covariance_error, smallest_correlation, state_error
 from oracle.conditioning import precise_journey, sensitivity

@@ -12,8 +12,7 @@ import typer
 from rich.console import Console
 
 import surefix
-from surefix import _core
-from surefix.cli import tables
+from surefix import _core, tables
 from surefix.cli.terminal import reports_errors
 
 OPTIONAL = ("typer", "rich", "matplotlib", "pandas", "pyarrow")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from surefix.cli import tables
-from surefix.cli.tables import Columns
+from surefix import tables
+from surefix.tables import Columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

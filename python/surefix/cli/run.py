@@ -9,7 +9,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from surefix.cli import outputs, report, tables
+from surefix import tables
+from surefix.cli import outputs, report
 from surefix.cli.summary import event_table, summarise
 from surefix.cli.terminal import phases, reports_errors
 from surefix.config import Config, Output, check_output, load_config

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from surefix.cli import tables
+from surefix import tables
 from surefix.cli.terminal import phases, reports_errors
 from surefix.studies import STUDIES, run_study
 

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix import __version__, _core
-from surefix.cli.tables import Columns
 from surefix.config import Config
 from surefix.core.checks import FloatArray
 from surefix.core.distributions import two_sided_quantile
 from surefix.desync.result import Result
+from surefix.tables import Columns
 
 RISKS = (0.1, 0.01, 1e-3, 1e-7, 1e-11)
 """Claimed risks at which intervals are compared with a reference."""

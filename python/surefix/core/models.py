@@ -91,7 +91,7 @@ class ConstantAcceleration(Model):
 
     def __post_init__(self) -> None:
         q = checks.not_negative("jerk", self.jerk)
-        names = ("speed", "acceleration")
+        names: tuple[str, ...] = ("speed", "acceleration")
         if self.position:
             names = ("position", *names)
         self._set(_core.Model.chain(len(names), bool(self.position), q), names, len(names) - 2)

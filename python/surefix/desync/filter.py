@@ -226,7 +226,7 @@ class DesyncFilter:
         rate: float | None,
         times: npt.ArrayLike | None,
     ) -> npt.NDArray[np.int64] | None:
-        """Estimation times [ns]: start + k/rate up to the first at or after the last measurement."""
+        """Estimation times [ns]: start + k/rate until the last measurement is used."""
         if rate is not None and times is not None:
             raise ConfigError("run: expected rate or times, got both")
         if times is not None:
@@ -250,4 +250,5 @@ class DesyncFilter:
         if start + round(count * NANOSECONDS / hertz) < last:
             count += 1  # the product above may round down onto a whole number
         steps = np.arange(1, max(count, 1) + 1)
-        return start + np.rint(steps * (NANOSECONDS / hertz)).astype(np.int64)
+        times_ns: npt.NDArray[np.int64] = np.rint(steps * (NANOSECONDS / hertz)).astype(np.int64)
+        return times_ns + start

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import surefix as sf
-from surefix.cli import tables
+from surefix import tables
 from surefix.core.checks import FloatArray
 from surefix.studies import standard_error_fit
 from surefix.studies.bilenne_table_2_figure import make_figure

@@ -155,28 +155,29 @@ TEST(Batch, ComputingTheNoiseDoesNotChangeTheEstimates) {
 
 TEST(Batch, SaysWhatBecameOfEveryRow) {
   const SpeedSystem system = speed_system();
-  const double nan = std::nan("");
-  const std::vector<Row> log{{2 * second, 0, 20.0}, {2 * second, 7, 20.0}, {2 * second, -1, 20.0},
-                             {2 * second, 0, nan},  {no_time, 0, 20.0},    {second - 1, 0, 20.0},
-                             {2 * second, 0, 20.0}, {2 * second, 0, 21.0}, {5 * second, 0, 20.0},
-                             {second, 2, 20.0},     {3 * second, 1, 20.0}};
-  const std::vector<Status> expected{Status::ok,
-                                     Status::unknown_sensor,
-                                     Status::unknown_sensor,
-                                     Status::not_finite,
-                                     Status::not_finite,
-                                     Status::too_late,
-                                     Status::repeated,
-                                     Status::ok,
-                                     Status::waiting,
-                                     Status::too_late,
-                                     Status::ok};
+  constexpr Time far = std::numeric_limits<Time>::max();
+  const std::vector<std::pair<Row, Status>> rows{
+      {{2 * second, 0, 20.0}, Status::ok},
+      {{2 * second, 7, 20.0}, Status::unknown_sensor},
+      {{2 * second, -1, 20.0}, Status::unknown_sensor},
+      {{2 * second, 0, std::nan("")}, Status::not_finite},
+      {{no_time, 0, 20.0}, Status::not_finite},
+      {{far, 2, 20.0}, Status::not_finite},
+      {{second - 1, 0, 20.0}, Status::too_late},
+      {{2 * second, 0, 20.0}, Status::repeated},
+      {{2 * second, 0, 21.0}, Status::ok},
+      {{5 * second, 0, 20.0}, Status::waiting},
+      {{second, 2, 20.0}, Status::too_late},
+      {{3 * second, 1, 20.0}, Status::ok},
+  };
+  std::vector<Row> log;
+  for (const auto& row : rows) log.push_back(row.first);
   const Ran<SpeedSystem> run(system, log, {4 * second}, NoiseScope::journey);
   ASSERT_EQ(run.status, Status::ok);
   EXPECT_EQ(run.columns.degrees[0], 3);
   for (std::size_t i = 0; i < log.size(); ++i) {
-    EXPECT_EQ(run.columns.status[i], expected[i]) << "row " << i;
-    EXPECT_EQ(std::isnan(run.columns.noise[i]), expected[i] != Status::ok) << "row " << i;
+    EXPECT_EQ(run.columns.status[i], rows[i].second) << "row " << i;
+    EXPECT_EQ(std::isnan(run.columns.noise[i]), rows[i].second != Status::ok) << "row " << i;
   }
 }
 

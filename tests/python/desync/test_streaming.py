@@ -39,6 +39,9 @@ SYSTEMS: dict[str, tuple[sf.Model, tuple[sf.Sensor, ...]]] = {
 }
 
 
+AHEAD = st.sampled_from([*range(1, 31), 0, 0, -1, -4])  # periods of the discrete model
+
+
 def make(system: str, start: float | None = 0.0, **options: Any) -> sf.DesyncFilter:
     model, sensors = SYSTEMS[system]
     n = model.size
@@ -67,7 +70,7 @@ class Stream(RuleBasedStateMachine):
 
     names: ClassVar[list[str]] = list(SYSTEMS)
 
-    @initialize(system=st.sampled_from(names), bound=st.booleans(), capacity=st.integers(3, 30))
+    @initialize(system=st.sampled_from(names), bound=st.booleans(), capacity=st.integers(3, 60))
     def begin(self, system: str, bound: bool, capacity: int) -> None:
         self.system, self.capacity = system, capacity
         self.start = 0.0 if bound else None
@@ -110,17 +113,17 @@ class Stream(RuleBasedStateMachine):
             assert repr(self.filter.save()["waiting"]) == waiting
         self.pushes += 1
 
-    @rule(
-        data=st.data(),
-        ahead=st.integers(-4, 30),
-        value=st.floats(15.0, 25.0),
-        known=st.booleans(),
-    )
-    def push_in_any_order(self, data: st.DataObject, ahead: int, value: float, known: bool) -> None:
+    @rule(data=st.data(), rows=st.lists(st.tuples(AHEAD, st.floats(15.0, 25.0)), max_size=12))
+    def push_in_any_order(self, data: st.DataObject, rows: list[tuple[int, float]]) -> None:
         """Within the step and a little before it; on the grid of the discrete model."""
-        sensor = data.draw(st.sampled_from(self.sensors))
-        stamp = round(self.now / 1e9 + 0.05 * ahead + sensor.latency, 9)
-        self.push(stamp, sensor.name if known or ahead % 2 else "nobody", round(value, 2))
+        for ahead, value in rows:
+            sensor = data.draw(st.sampled_from(self.sensors))
+            stamp = round(self.now / 1e9 + 0.05 * ahead + sensor.latency, 9)
+            self.push(stamp, sensor.name, round(value, 2))
+
+    @rule(ahead=AHEAD)
+    def push_of_nobody(self, ahead: int) -> None:
+        self.push(round(self.now / 1e9 + 0.05 * ahead, 9), "nobody", 20.0)
 
     @precondition(lambda self: self.waiting)
     @rule(data=st.data(), other=st.booleans())
@@ -138,8 +141,15 @@ class Stream(RuleBasedStateMachine):
         if not (math.isfinite(value) and abs(stamp) <= 3e9):
             self.push(stamp, data.draw(st.sampled_from(self.sensors)).name, value)
 
-    @rule(periods=st.integers(0, 20))
-    def estimate(self, periods: int) -> None:
+    @rule(
+        data=st.data(),
+        rows=st.lists(st.tuples(AHEAD, st.floats(15.0, 25.0)), max_size=6),
+        periods=st.integers(0, 20),
+    )
+    def push_and_estimate(
+        self, data: st.DataObject, rows: list[tuple[int, float]], periods: int
+    ) -> None:
+        self.push_in_any_order(data, rows)
         time = round(self.now / 1e9 + 0.05 * periods, 9)
         self.estimates.append(self.filter.estimate(time))
         self.now = nanoseconds(time)
