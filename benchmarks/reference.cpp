@@ -5,8 +5,8 @@
 #include <cstdint>
 
 extern "C" double w1_reference(const double* time, const std::int32_t* sensor, const double* value,
-                               std::size_t count, const double* variance, double density,
-                               double* x, double* P) {
+                               std::size_t count, const double* variance, double density, double* x,
+                               double* P) {
   double x0 = 0.0, x1 = 0.0, p00 = 1.0, p01 = 0.0, p11 = 1.0, previous = time[0], sum = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     const double dt = time[i] - previous;

@@ -108,8 +108,8 @@ void bind_core(py::module_& module) {
 
   py::class_<AnySystem>(module, "System")
       .def(py::init(&make_system), py::arg("model"), py::arg("observes"), py::arg("sigma"),
-           py::arg("latency"), py::arg("scale_sigma"), py::arg("scale_time"),
-           py::arg("bias_sigma"), py::arg("bias_time"))
+           py::arg("latency"), py::arg("scale_sigma"), py::arg("scale_time"), py::arg("bias_sigma"),
+           py::arg("bias_time"))
       .def_property_readonly("size", &AnySystem::state_size)
       .def_property_readonly("sensor_count", &AnySystem::sensor_count)
       .def("scale_state", &AnySystem::scale_state, py::arg("sensor"))

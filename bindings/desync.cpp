@@ -15,9 +15,7 @@ AnySystem::ModelBelief model_belief(const Array& x, const Array& P) {
   return {vector(x), matrix(P)};
 }
 
-py::tuple counts(const Counters& counters) {
-  return py::tuple(py::cast(counters.all()));
-}
+py::tuple counts(const Counters& counters) { return py::tuple(py::cast(counters.all())); }
 
 /// One call per log: (time, x, P, sse, degrees, status, noise, noise_variance, log-likelihood,
 /// name of the status that ended it, number of estimates). The GIL is released while it runs.
@@ -48,8 +46,12 @@ py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_styl
   auto P = block.take<double>({T, n, n}), sse = block.take<double>({T});
   auto v = block.take<double>({noises}), variance = block.take<double>({noises});
   auto degrees = block.take<std::int32_t>({T});
-  const BatchOutput out{time.mutable_data(),    x.mutable_data(), P.mutable_data(),
-                        sse.mutable_data(),     degrees.mutable_data(), status_data,
+  const BatchOutput out{time.mutable_data(),
+                        x.mutable_data(),
+                        P.mutable_data(),
+                        sse.mutable_data(),
+                        degrees.mutable_data(),
+                        status_data,
                         noisy ? v.mutable_data() : nullptr,
                         noisy ? variance.mutable_data() : nullptr};
   const Time* wanted = times ? times->data() : nullptr;
@@ -102,13 +104,14 @@ const char* restore(AnyFilter& filter, const py::dict& in) {
   saved.time = in["time"].cast<Time>();
   saved.oldest = in["oldest"].cast<Time>();
   saved.started = in["started"].cast<bool>();
-  const auto likelihood = in["likelihood"].cast<std::tuple<double, std::int64_t, double, std::int64_t>>();
+  const auto likelihood =
+      in["likelihood"].cast<std::tuple<double, std::int64_t, double, std::int64_t>>();
   saved.likelihood = {std::get<0>(likelihood), std::get<1>(likelihood), std::get<2>(likelihood),
                       std::get<3>(likelihood)};
   saved.counters.restore(in["counters"].cast<std::array<std::int64_t, status_count>>());
-  const auto waiting =
-      in["waiting"].cast<std::tuple<std::vector<Time>, std::vector<std::int32_t>,
-                                    std::vector<double>, std::vector<std::int64_t>>>();
+  const auto waiting = in["waiting"]
+                           .cast<std::tuple<std::vector<Time>, std::vector<std::int32_t>,
+                                            std::vector<double>, std::vector<std::int64_t>>>();
   for (std::size_t i = 0; i < std::get<0>(waiting).size(); ++i)
     saved.waiting.push_back({std::get<0>(waiting)[i], std::get<2>(waiting).at(i),
                              std::get<3>(waiting).at(i), std::get<1>(waiting).at(i)});
@@ -158,37 +161,42 @@ void bind_desync(py::module_& module) {
            }),
            py::arg("system"), py::arg("x"), py::arg("P"), py::arg("start"), py::arg("capacity"))
       .def("with_system", &AnyFilter::with_system, py::arg("system"), py::arg("old_index"))
-      .def("push", [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value,
-                      std::int64_t id) { return static_cast<int>(filter.push(stamp, sensor, value, id)); },
-           py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"))
-      .def("estimate", [](AnyFilter& filter, Time time) {
-             StepError error;
-             const Status status = filter.estimate(time, error);
-             const auto belief = filter.belief();
-             return py::make_tuple(name(status), to_numpy(belief.x), to_numpy(belief.P), error.sse,
-                                   error.degrees);
-           },
-           py::arg("time"))
-      .def("noise", [](const AnyFilter& filter) {
-        const auto estimates = filter.noise();
-        const auto count = static_cast<py::ssize_t>(estimates.size());
-        py::array_t<std::int64_t> id(count);
-        py::array_t<double> value(count), variance(count);
-        for (py::ssize_t i = 0; i < count; ++i) {
-          const NoiseEstimate& e = estimates[static_cast<std::size_t>(i)];
-          id.mutable_at(i) = e.id;
-          value.mutable_at(i) = e.value;
-          variance.mutable_at(i) = e.variance;
-        }
-        return py::make_tuple(id, value, variance);
-      })
+      .def(
+          "push",
+          [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value, std::int64_t id) {
+            return static_cast<int>(filter.push(stamp, sensor, value, id));
+          },
+          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"))
+      .def(
+          "estimate",
+          [](AnyFilter& filter, Time time) {
+            StepError error;
+            const Status status = filter.estimate(time, error);
+            const auto belief = filter.belief();
+            return py::make_tuple(name(status), to_numpy(belief.x), to_numpy(belief.P), error.sse,
+                                  error.degrees);
+          },
+          py::arg("time"))
+      .def("noise",
+           [](const AnyFilter& filter) {
+             const auto estimates = filter.noise();
+             const auto count = static_cast<py::ssize_t>(estimates.size());
+             py::array_t<std::int64_t> id(count);
+             py::array_t<double> value(count), variance(count);
+             for (py::ssize_t i = 0; i < count; ++i) {
+               const NoiseEstimate& e = estimates[static_cast<std::size_t>(i)];
+               id.mutable_at(i) = e.id;
+               value.mutable_at(i) = e.value;
+               variance.mutable_at(i) = e.variance;
+             }
+             return py::make_tuple(id, value, variance);
+           })
       .def_property_readonly("counters",
                              [](const AnyFilter& filter) { return counts(filter.counters()); })
       .def_property_readonly("log_likelihood", &AnyFilter::log_likelihood)
       .def_property_readonly("waiting", &AnyFilter::waiting)
       .def("run", &run, py::arg("stamp").noconvert(), py::arg("sensor").noconvert(),
-           py::arg("value").noconvert(), py::arg("times"), py::arg("noise_scope"),
-           py::arg("delay"))
+           py::arg("value").noconvert(), py::arg("times"), py::arg("noise_scope"), py::arg("delay"))
       .def("save", &save)
       .def("restore", &restore, py::arg("saved"));
 
@@ -196,32 +204,35 @@ void bind_desync(py::module_& module) {
       .def(py::init(&make_step), py::arg("F"), py::arg("Q"), py::arg("G"), py::arg("H"),
            py::arg("R"), py::arg("J"), py::arg("Upsilon"))
       .def_property_readonly("separable", &CompositeStep::separable)
-      .def("matrices", [](const CompositeStep& step) {
-        const CompositeMatrices& m = step.matrices();
-        py::dict out;
-        out["F"] = to_numpy(m.F);
-        out["G"] = to_numpy(m.G);
-        out["W"] = to_numpy(m.W);
-        out["Omega"] = to_numpy(m.Omega);
-        out["Upsilon"] = to_numpy(m.Upsilon);
-        out["J"] = to_numpy(m.J);
-        out["HF"] = to_numpy(m.HF);
-        out["L"] = to_numpy(m.L);
-        return out;
-      })
-      .def("backward", [](const CompositeStep& step) -> py::object {
-        BackwardMatrices m;
-        if (!step.backward(m)) return py::none();
-        py::dict out;
-        out["H"] = to_numpy(m.H);
-        out["Theta"] = to_numpy(m.Theta);
-        out["Xi"] = to_numpy(m.Xi);
-        out["Jtilde"] = to_numpy(m.Jtilde);
-        return out;
-      })
-      .def("Gamma", [](const CompositeStep& step, const Array& P) {
-        return to_numpy(step.Gamma(matrix(P)));
-      }, py::arg("P"))
+      .def("matrices",
+           [](const CompositeStep& step) {
+             const CompositeMatrices& m = step.matrices();
+             py::dict out;
+             out["F"] = to_numpy(m.F);
+             out["G"] = to_numpy(m.G);
+             out["W"] = to_numpy(m.W);
+             out["Omega"] = to_numpy(m.Omega);
+             out["Upsilon"] = to_numpy(m.Upsilon);
+             out["J"] = to_numpy(m.J);
+             out["HF"] = to_numpy(m.HF);
+             out["L"] = to_numpy(m.L);
+             return out;
+           })
+      .def("backward",
+           [](const CompositeStep& step) -> py::object {
+             BackwardMatrices m;
+             if (!step.backward(m)) return py::none();
+             py::dict out;
+             out["H"] = to_numpy(m.H);
+             out["Theta"] = to_numpy(m.Theta);
+             out["Xi"] = to_numpy(m.Xi);
+             out["Jtilde"] = to_numpy(m.Jtilde);
+             return out;
+           })
+      .def(
+          "Gamma",
+          [](const CompositeStep& step, const Array& P) { return to_numpy(step.Gamma(matrix(P))); },
+          py::arg("P"))
       .def("update", &update, py::arg("x"), py::arg("P"), py::arg("z"), py::arg("u"),
            py::arg("sequential"));
 }

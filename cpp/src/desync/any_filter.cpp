@@ -85,10 +85,9 @@ class FilterOf final : public AnyFilter {
 
   SavedFilter save() const override {
     const State& state = filter_.state();
-    SavedFilter saved{belief(),           state.time,
-                      state.oldest,       filter_.started(),
-                      state.likelihood.save(), filter_.counters(),
-                      {}};
+    SavedFilter saved{
+        belief(),           state.time, state.oldest, filter_.started(), state.likelihood.save(),
+        filter_.counters(), {}};
     for (std::size_t i = 0; i < filter_.buffer().count(); ++i)
       saved.waiting.push_back(filter_.buffer()[i]);
     return saved;

@@ -13,7 +13,8 @@ namespace surefix {
 template <class Old, class New, class OldIndex>
 [[nodiscard]] typename New::Belief carry_over(const Old& old_system,
                                               const typename Old::Belief& from,
-                                              const New& new_system, OldIndex&& old_index) noexcept {
+                                              const New& new_system,
+                                              OldIndex&& old_index) noexcept {
   const int n = new_system.state_size(), m = new_system.model_size();
   std::array<int, New::max_size> source;  // the old state that a new state continues, or −1
   source.fill(-1);

@@ -40,7 +40,8 @@ class DiscreteModel {
 
  private:
   /// The transition `first`, then `second`.
-  [[nodiscard]] static Transition after(const Transition& first, const Transition& second) noexcept {
+  [[nodiscard]] static Transition after(const Transition& first,
+                                        const Transition& second) noexcept {
     Transition both = first;
     both.F.noalias() = second.F.lazyProduct(first.F);
     propagate(both.Q, second);

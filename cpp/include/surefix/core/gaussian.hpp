@@ -53,9 +53,8 @@ SUREFIX_INLINE void mirror(Matrix& P) noexcept {
 template <class G>
 [[nodiscard]] SUREFIX_INLINE bool is_finite(const G& belief) noexcept {
   double sum = 0.0;  // a finite number times zero is zero; infinities and NaN stay NaN
-  loop<G::fixed_size>(belief.size(), [&](int i) SUREFIX_LAMBDA {
-    sum += (belief.x(i) + belief.P(i, i)) * 0.0;
-  });
+  loop<G::fixed_size>(belief.size(),
+                      [&](int i) SUREFIX_LAMBDA { sum += (belief.x(i) + belief.P(i, i)) * 0.0; });
   return sum == 0.0;
 }
 

@@ -70,8 +70,7 @@ class IntegratorChain {
   using Transition = ChainTransition<N>;
 
   /// `root_density`: q, root spectral density of the driving noise [unit of x_N per √s], ≥ 0.
-  explicit IntegratorChain(double root_density) noexcept
-      : density_(root_density * root_density) {}
+  explicit IntegratorChain(double root_density) noexcept : density_(root_density * root_density) {}
 
   [[nodiscard]] static constexpr int state_size() noexcept { return N; }
 

@@ -18,7 +18,7 @@ namespace surefix {
 
 /// A first-order Gauss–Markov error; absent when sigma is 0.
 struct GaussMarkov {
-  double sigma = 0.0;                                  ///< stationary standard deviation
+  double sigma = 0.0;                                     ///< stationary standard deviation
   double time = std::numeric_limits<double>::infinity();  ///< time constant τ [s]
 
   [[nodiscard]] bool present() const noexcept { return sigma > 0.0; }

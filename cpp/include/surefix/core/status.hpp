@@ -25,8 +25,8 @@ inline constexpr int status_count = 10;
 /// Short name of a status, as it appears in event tables.
 constexpr const char* name(Status status) noexcept {
   constexpr std::array<const char*, status_count> names{
-      "ok",          "not_finite", "unknown_sensor", "too_late",       "repeated",
-      "buffer_full", "off_grid",   "numerical",      "waiting",        "time_backwards",
+      "ok",          "not_finite", "unknown_sensor", "too_late", "repeated",
+      "buffer_full", "off_grid",   "numerical",      "waiting",  "time_backwards",
   };
   return names[static_cast<std::size_t>(status)];
 }
@@ -50,13 +50,13 @@ class Counters {
 /// What is wrong with a configuration; reported before the first step.
 enum class ConfigStatus : std::uint8_t {
   ok = 0,
-  wrong_size,         ///< a vector or matrix does not fit the model's state
-  not_finite,         ///< a parameter is NaN or infinite
-  negative,           ///< a standard deviation or density is negative
-  not_positive,       ///< sigma of a sensor, a time constant or a period is not above zero
-  not_semidefinite,   ///< a covariance is not symmetric and positive semidefinite
-  too_many_sensors,   ///< more sensors than the system has room for
-  sensor_states,      ///< the sensors' error states do not fill the system's fixed size
+  wrong_size,        ///< a vector or matrix does not fit the model's state
+  not_finite,        ///< a parameter is NaN or infinite
+  negative,          ///< a standard deviation or density is negative
+  not_positive,      ///< sigma of a sensor, a time constant or a period is not above zero
+  not_semidefinite,  ///< a covariance is not symmetric and positive semidefinite
+  too_many_sensors,  ///< more sensors than the system has room for
+  sensor_states,     ///< the sensors' error states do not fill the system's fixed size
 };
 
 }  // namespace surefix

@@ -24,8 +24,8 @@ struct SavedFilter {
 
 /// What a batch returns beside its arrays.
 struct BatchSummary {
-  std::size_t estimates = 0;  ///< how many were made
-  Status status = Status::ok; ///< why the next one could not be made
+  std::size_t estimates = 0;   ///< how many were made
+  Status status = Status::ok;  ///< why the next one could not be made
   double log_likelihood = 0.0;
 };
 

@@ -57,7 +57,7 @@ struct Whitened {
 /// One measurement backward: returns its `Whitened` and takes it into the adjoint.
 template <class Belief, class Row>
 SUREFIX_INLINE Whitened sweep_back(Adjoint<Belief>& adjoint, const Row& h,
-                    const Innovation<Belief>& innovation) noexcept {
+                                   const Innovation<Belief>& innovation) noexcept {
   const auto& k = innovation.gain;
   auto& Lambda = adjoint.Lambda;
   constexpr int N = Belief::fixed_size;
@@ -97,10 +97,10 @@ void backward_sweep(const System& system, const Record<System>* records, std::si
   typename System::Transition transition;
   for (std::size_t i = count; i-- > 0;) {
     const Record<System>& record = records[i];
-    const Whitened w = system.with_row(
-        record.sensor, record.at, adjoint, [&](const auto& row, auto& value) SUREFIX_LAMBDA {
-          return sweep_back(value, row, record.innovation);
-        });
+    const Whitened w = system.with_row(record.sensor, record.at, adjoint,
+                                       [&](const auto& row, auto& value) SUREFIX_LAMBDA {
+                                         return sweep_back(value, row, record.innovation);
+                                       });
     visit(i, record, w);
     if (i == 0 || records[i - 1].valid == record.valid) continue;
     // The forward pass made this transition, in one leg or in several; it cannot fail now.

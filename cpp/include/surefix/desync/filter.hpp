@@ -37,8 +37,8 @@ class Filter {
   }
 
   /// Ends the step at `time` ≥ the last estimate's: uses all measurements valid until then, gives
-  /// the step's SSE; the belief is `state().belief`. On any status but ok nothing changes, except that the
-  /// noise of the step before may be gone.
+  /// the step's SSE; the belief is `state().belief`. On any status but ok nothing changes, except
+  /// that the noise of the step before may be gone.
   Status estimate(Time time, StepError& error) noexcept {
     const std::size_t ready = buffer_.ready(time);
     State state = state_;

@@ -19,13 +19,12 @@ struct NoiseEstimate {
 template <class System, class Store>
 void estimate_noise(const System& system, const Record<System>* records, std::size_t count,
                     Store&& store) noexcept {
-  backward_sweep(system, records, count,
-                 [&](std::size_t i, const Record<System>& record, const Whitened& w) {
-                   const double sigma = system.sensor(record.sensor).sigma;
-                   const double variance = sigma * sigma;  // Υ_i
-                   store(i, NoiseEstimate{record.id, variance * w.value,
-                                          variance * variance * w.precision});
-                 });
+  backward_sweep(
+      system, records, count, [&](std::size_t i, const Record<System>& record, const Whitened& w) {
+        const double sigma = system.sensor(record.sensor).sigma;
+        const double variance = sigma * sigma;  // Υ_i
+        store(i, NoiseEstimate{record.id, variance * w.value, variance * variance * w.precision});
+      });
 }
 
 }  // namespace surefix::desync
