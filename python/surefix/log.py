@@ -6,9 +6,9 @@ import csv
 import gzip
 import io
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ import numpy.typing as npt
 from surefix import _core
 from surefix.core.checks import NANOSECONDS, FloatArray
 from surefix.errors import ConfigError, ShapeError, SurefixError
+
+if TYPE_CHECKING:
+    import _csv
 
 NO_TIME = np.iinfo(np.int64).min
 """What the engine takes for a time that is NaN, infinite or out of range."""
@@ -39,6 +42,10 @@ class Log:
         self.time = _column("time", time)
         self.value = _column("value", value)
         labels = np.asarray(sensor)
+        if labels.ndim != 1:
+            raise ShapeError(f"log, sensor: expected shape (any,), got {labels.shape}")
+        if not all(isinstance(label, str) for label in labels.tolist()):
+            raise ConfigError(f"log, sensor: expected names, got {labels.tolist()[:3]!r}…")
         if not len(labels) == len(self.time) == len(self.value):
             raise ShapeError(
                 "log: expected time, sensor and value of one length, got "
@@ -95,6 +102,9 @@ def read_log(
         table = _read_csv(path, wanted, set(texts), progress)
     if len(table[time]) == 0:
         raise ConfigError(f"{path}: expected at least one measurement, got an empty log")
+    if columns and all(np.isnan(table[column]).all() for column in columns.values()):
+        empty = ", ".join(columns.values())
+        raise ConfigError(f"{path}: expected numbers in {empty}, got an empty log")
     if not columns:
         return Log(table[time], table[sensor], table[value])
     stamps = np.concatenate([table[time]] * len(columns))
@@ -140,7 +150,7 @@ def _read_csv(
 
 def _parse(
     path: Path,
-    rows: Iterator[list[str]],
+    rows: _csv.Reader,
     wanted: list[str],
     texts: set[str],
     size: int,
@@ -156,16 +166,17 @@ def _parse(
     places = [(column, header.index(column), column in texts) for column in wanted]
     table: dict[str, list[Any]] = {column: [] for column in wanted}
     seen = 0
-    for line, row in enumerate(rows, start=2):
+    for count, row in enumerate(rows, start=2):
+        line = rows.line_num
         if not row:
             continue  # a blank line, usually the last
         if len(row) != len(header):
             raise ConfigError(f"{path}, line {line}: expected {len(header)} fields, got {len(row)}")
         for column, place, is_text in places:
             cell = row[place]
-            table[column].append(cell if is_text else _number(path, line, column, cell))
+            table[column].append(cell.strip() if is_text else _number(path, line, column, cell))
         seen += sum(map(len, row)) + len(row)
-        if progress is not None and line % 20_000 == 0:
+        if progress is not None and count % 20_000 == 0:
             progress(min(seen, size), size)
     if progress is not None:
         progress(size, size)

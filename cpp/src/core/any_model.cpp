@@ -12,7 +12,7 @@ Status dense(const IntegratorChain<N, Output>& chain, Time elapsed, AnyModel::Tr
   out.Q = AnyModel::Matrix::Zero(N, N);
   for (int j = 0; j < N; ++j) transition.apply(out.F.col(j));
   transition.add_noise(out.Q);
-  return status;
+  return out.F.allFinite() && out.Q.allFinite() ? status : Status::numerical;
 }
 
 Status dense(const AnyModel::Linear& model, Time elapsed, AnyModel::Transition& out) {

@@ -2,6 +2,7 @@
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <limits>
 
 namespace surefix {
 namespace {
@@ -24,6 +25,7 @@ double normal_two_sided(double risk) noexcept {
 }
 
 double chi_squared_tail(double x, double degrees) noexcept {
+  if (x == std::numeric_limits<double>::infinity()) return 0.0;
   return boost::math::cdf(boost::math::complement(ChiSquared(degrees), x));
 }
 

@@ -75,7 +75,10 @@ class FilterOf final : public AnyFilter {
 
   BatchSummary run(const PreparedLog& log, const BatchRequest& request,
                    const BatchOutput& out) const override {
-    State state = start_state(initial(settings_, filter_.system()), log.start);
+    Time start = log.start;
+    if (!settings_.start && request.times != nullptr && request.T > 0)
+      start = std::min(start, request.times[0]);  // as a stream does: see `Filter::estimate`
+    State state = start_state(initial(settings_, filter_.system()), start);
     BatchSummary summary;
     summary.status =
         run_batch(filter_.system(), state, log.sorted, request, out, summary.estimates);

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <cmath>
+#include <limits>
 
 #include "log_density.hpp"
 #include "surefix/core/gaussian.hpp"
@@ -14,14 +15,42 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// A with A Aᵀ = S for a positive semidefinite S; false if S has a clearly negative direction.
+/// A with A Aᵀ = S for a positive semidefinite S, by Cholesky with pivoting; false if S has a
+/// clearly negative direction. Pivots are compared with their component's own variance, so that
+/// units do not matter; what is left at the size of rounding is zero, not a number to divide by.
 bool square_root(const MatrixXd& S, MatrixXd& A) {
-  const Eigen::LDLT<MatrixXd> ldlt(S);
-  const VectorXd d = ldlt.vectorD();
-  const double tolerance = 1e-12 * d.cwiseAbs().maxCoeff();
-  if (!(d.minCoeff() >= -tolerance)) return false;
-  A = ldlt.matrixL();
-  A = (ldlt.transpositionsP().transpose() * A).eval() * d.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Index n = S.rows();
+  const double rounding = 4.0 * static_cast<double>(n) * std::numeric_limits<double>::epsilon();
+  MatrixXd rest = S;
+  A = MatrixXd::Zero(n, n);
+  for (Index k = 0; k < n; ++k) {
+    Index pivot = -1;
+    double largest = rounding, smallest = 0.0;
+    for (Index i = 0; i < n; ++i) {
+      if (S(i, i) < 0.0) return false;
+      const double part = S(i, i) > 0.0 ? rest(i, i) / S(i, i) : 0.0;
+      smallest = std::min(smallest, part);
+      if (part > largest) largest = part, pivot = i;
+    }
+    if (smallest < -1e-9) return false;
+    if (pivot < 0) break;
+    A.col(k) = rest.col(pivot) / std::sqrt(rest(pivot, pivot));
+    rest -= A.col(k) * A.col(k).transpose();
+    rest.row(pivot).setZero();
+    rest.col(pivot).setZero();
+  }
+  return true;
+}
+
+/// The same for Ω, block by block.
+bool square_root(const std::vector<Leg>& legs, MatrixXd& A) {
+  const Index n = legs[0].Q.rows();
+  A = MatrixXd::Zero(n * static_cast<Index>(legs.size()), n * static_cast<Index>(legs.size()));
+  MatrixXd block;
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    if (!square_root(legs[i].Q, block)) return false;
+    A.block(n * static_cast<Index>(i), n * static_cast<Index>(i), n, n) = block;
+  }
   return true;
 }
 
@@ -79,7 +108,7 @@ Status CompositeStep::composite(const VectorXd& x, const MatrixXd& P, const Vect
   const Eigen::LLT<MatrixXd> upsilon(m.Upsilon);
   MatrixXd root_P, root_Omega;
   if (M > 0 && upsilon.info() != Eigen::Success) return Status::numerical;
-  if (!square_root(P, root_P) || !square_root(m.Omega, root_Omega)) return Status::numerical;
+  if (!square_root(P, root_P) || !square_root(legs_, root_Omega)) return Status::numerical;
 
   MatrixXd array =
       MatrixXd::Zero(M + n + noises, M + n);  // transposed: a column for each row above

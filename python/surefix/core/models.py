@@ -9,6 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import FloatArray
@@ -104,9 +107,9 @@ class LinearModel(Model):
     ``A`` (n, n) [1/s], ``L`` (n, s), ``Qc`` (s, s); n ≤ 8. ``names``: names of the states.
     """
 
-    A: FloatArray
-    L: FloatArray
-    Qc: FloatArray
+    A: npt.ArrayLike
+    L: npt.ArrayLike
+    Qc: npt.ArrayLike
     names: tuple[str, ...] | None = None
     reads: int = 0
     """Index of the state that a sensor reads unless it says otherwise."""
@@ -128,8 +131,8 @@ class DiscreteModel(Model):
     between them is answered by the status ``off_grid``.
     """
 
-    F: FloatArray
-    Q: FloatArray
+    F: npt.ArrayLike
+    Q: npt.ArrayLike
     period: float = 1.0
     names: tuple[str, ...] | None = None
     reads: int = 0
@@ -162,6 +165,6 @@ def _names(names: tuple[str, ...] | None, size: int) -> tuple[str, ...]:
 
 
 def _index(name: str, value: int, size: int) -> int:
-    if not 0 <= value < size:
+    if not isinstance(value, (int, np.integer)) or not 0 <= value < size:
         raise ConfigError(f"{name}: expected the index of a state, 0 to {size - 1}, got {value}")
     return int(value)

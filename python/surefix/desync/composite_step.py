@@ -80,6 +80,8 @@ class CompositeStep:
             raise ShapeError("F: expected N + 1 transitions for N observations, got none")
         n = checks.array("F[0]", F[0], (None, None)).shape[0]
         N = len(H)
+        if G is not None and len(G) == 0:
+            raise ShapeError(f"G: expected {N + 1} matrices for {N} observations, got 0")
         self._inputs = 0 if G is None else checks.array("G[0]", G[0], (n, None)).shape[1]
         p = self._inputs
         transitions = [checks.array(f"F[{i}]", f, (n, n)) for i, f in enumerate(F)]
@@ -144,6 +146,13 @@ class CompositeStep:
         system = make_system(model, list(sensors))
         names = [s.name for s in sensors]
         stamps = checks.array("time", time, (None,))
+        for label in sensor:
+            if label not in names:
+                raise ConfigError(f"sensor: expected one of {names}, got {label!r}")
+        if len(sensor) != len(stamps):
+            raise ShapeError(
+                f"sensor: expected {len(stamps)} names for as many times, got {len(sensor)}"
+            )
         index = np.array([names.index(s) for s in sensor], dtype=np.intp)
         latency = np.array([checks.nanoseconds("latency", s.latency) for s in sensors])
         valid = np.rint(stamps * 1e9).astype(np.int64) - latency[index].astype(np.int64)

@@ -17,7 +17,9 @@ from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
 from surefix.core.models import Model
 from surefix.core.sensor import Sensor, make_system, state_names
 from surefix.desync.result import Result
-from surefix.errors import ConfigError, NumericalError, ShapeError
+from surefix.desync.saved import checked
+from surefix.desync.times import estimation_times
+from surefix.errors import ConfigError, NumericalError
 from surefix.log import NO_TIME, Log
 
 Status = enum.IntEnum("Status", {name: i for i, name in enumerate(_core.STATUS_NAMES)})  # type: ignore[misc]
@@ -83,7 +85,7 @@ class DesyncFilter:
         self.P0 = checks.covariance("P0", P0, model.size)
         self.start = None if start is None else checks.number("start", start)
         self.risk = checks.probability("risk", risk)
-        if int(capacity) != capacity or capacity < 1:
+        if not isinstance(capacity, (int, np.integer)) or capacity < 1:
             raise ConfigError(f"capacity: expected a whole number >= 1, got {capacity!r}")
         self.capacity = int(capacity)
         self._quantile = two_sided_quantile(self.risk)
@@ -134,7 +136,7 @@ class DesyncFilter:
             raise ConfigError("delay: expected rate or times with it")
         code = log.codes_for([sensor.name for sensor in self.sensors])
         late = None if delay is None else round(checks.not_negative("delay", delay) * NANOSECONDS)
-        wanted = self._times(log, code, rate, times)
+        wanted = estimation_times(log, self.sensors, self.start, rate, times)
         out = self._engine.run(log.stamp, code, log.value, wanted, _NOISE_SCOPES[noise], late)
         time_s, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
         if ended != "ok":
@@ -195,14 +197,16 @@ class DesyncFilter:
         return {**self._engine.save(), "pushes": self._pushes, "states": self.state_names}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        """Continues from what ``save`` returned, in a filter of the same model and sensors."""
-        if tuple(saved["states"]) != self.state_names:
-            states = list(saved["states"])
-            raise ShapeError(f"saved: expected states {list(self.state_names)}, got {states}")
-        status = self._engine.restore(dict(saved))
+        """Continues from what ``save`` returned, in a filter of the same model and sensors.
+
+        Raises ShapeError or ConfigError, with the filter unchanged, for anything else.
+        """
+        fits = checked(saved, self.state_names, len(self.sensors), self.capacity)
+        pushes = fits.pop("pushes")
+        status = self._engine.restore(fits)
         if status != "ok":
-            raise ConfigError(f"saved: more measurements wait than capacity {self.capacity} holds")
-        self._pushes = int(saved["pushes"])
+            raise ConfigError(f"saved: refused: {status}")
+        self._pushes = pushes
 
     def __getstate__(self) -> dict[str, Any]:
         names = ("model", "sensors", "x0", "P0", "start", "risk", "capacity")
@@ -218,37 +222,3 @@ class DesyncFilter:
         system = make_system(self.model, list(sensors))
         self._engine = self._engine.with_system(system, index)
         self.sensors = sensors
-
-    def _times(
-        self,
-        log: Log,
-        code: npt.NDArray[np.int32],
-        rate: float | None,
-        times: npt.ArrayLike | None,
-    ) -> npt.NDArray[np.int64] | None:
-        """Estimation times [ns]: start + k/rate until the last measurement is used."""
-        if rate is not None and times is not None:
-            raise ConfigError("run: expected rate or times, got both")
-        if times is not None:
-            wanted = checks.array("times", times, (None,))
-            if len(wanted) == 0 or np.abs(wanted).max() > _core.MAX_SECONDS:
-                raise ConfigError(f"times: expected 1 or more times, got {wanted!r}")
-            return np.rint(wanted * NANOSECONDS).astype(np.int64)
-        if rate is None:
-            return None
-        hertz = checks.positive("rate", rate)
-        usable = (code >= 0) & (log.stamp != NO_TIME) & np.isfinite(log.value)
-        if not usable.any():
-            raise ConfigError("log: no row has a known sensor, a finite time and a finite value")
-        latency = np.array(
-            [checks.nanoseconds("latency", s.latency) for s in self.sensors], dtype=np.int64
-        )
-        valid = log.stamp[usable] - latency[code[usable]]
-        start = int(valid.min()) if self.start is None else round(self.start * NANOSECONDS)
-        last = max(int(valid.max()), start)
-        count = int(np.ceil((last - start) * hertz / NANOSECONDS))
-        if start + round(count * NANOSECONDS / hertz) < last:
-            count += 1  # the product above may round down onto a whole number
-        steps = np.arange(1, max(count, 1) + 1)
-        times_ns: npt.NDArray[np.int64] = np.rint(steps * (NANOSECONDS / hertz)).astype(np.int64)
-        return times_ns + start
