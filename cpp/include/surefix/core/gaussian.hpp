@@ -52,10 +52,10 @@ SUREFIX_INLINE void mirror(Matrix& P) noexcept {
 /// diagonal bounds the rest.)
 template <class G>
 [[nodiscard]] SUREFIX_INLINE bool is_finite(const G& belief) noexcept {
-  double sum = 0.0;  // a finite number times zero is zero; infinities and NaN stay NaN
+  double sum = 0.0;  // a finite number times zero is zero; infinity and NaN give NaN
   loop<G::fixed_size>(belief.size(),
-                      [&](int i) SUREFIX_LAMBDA { sum += (belief.x(i) + belief.P(i, i)) * 0.0; });
-  return sum == 0.0;
+                      [&](int i) SUREFIX_LAMBDA { sum += belief.x(i) + belief.P(i, i); });
+  return sum * 0.0 == 0.0;
 }
 
 }  // namespace surefix

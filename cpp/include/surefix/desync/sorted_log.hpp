@@ -34,20 +34,13 @@ class SortedLog {
       : log_(log), latency_(static_cast<std::size_t>(system.sensor_count())) {
     for (std::size_t s = 0; s < latency_.size(); ++s)
       latency_[s] = system.sensor(static_cast<int>(s)).latency;
-    bool plain = true;  // every row is usable, and later than the one before it
-    Time previous = no_time;
-    for (std::size_t i = 0; i < log.count; ++i) {
-      status[i] = usable(i);
-      if (status[i] != Status::ok) {
-        plain = false;
-        continue;
-      }
-      const Time valid = log.stamp[i] - latency_[static_cast<std::size_t>(log.sensor[i])];
-      plain = plain && valid > previous;
-      previous = valid;
-    }
     size_ = log.count;
-    if (!plain) sort(status);
+    if (is_plain()) {
+      std::fill_n(status, log.count, Status::ok);
+      return;
+    }
+    for (std::size_t i = 0; i < log.count; ++i) status[i] = usable(i);
+    sort(status);
   }
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
@@ -70,6 +63,18 @@ class SortedLog {
   }
 
  private:
+  /// Whether every row is usable and later than the one before it. Two loops without branches.
+  [[nodiscard]] bool is_plain() const noexcept {
+    const auto sensors = static_cast<std::uint32_t>(latency_.size());
+    bool plain = true;
+    for (std::size_t i = 0; i < log_.count; ++i) {
+      const bool known = static_cast<std::uint32_t>(log_.sensor[i]) < sensors;
+      plain &= known & (log_.value[i] * 0.0 == 0.0) & in_range(log_.stamp[i]);
+    }
+    if (!plain) return false;
+    for (std::size_t i = 1; i < log_.count; ++i) plain &= row(i).valid > row(i - 1).valid;
+    return plain;
+  }
   [[nodiscard]] Status usable(std::size_t i) const noexcept {
     const std::int32_t s = log_.sensor[i];
     if (s < 0 || static_cast<std::size_t>(s) >= latency_.size()) return Status::unknown_sensor;
