@@ -7,7 +7,8 @@
 #pragma once
 #include "model.hpp"
 
-template <class T, int n> struct BiermanThornton {
+template <class T, int n>
+struct BiermanThornton {
   Vector<T, n> x{};
   Matrix<T, n> U{};  // unit upper triangular
   Vector<T, n> D{};

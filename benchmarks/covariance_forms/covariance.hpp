@@ -3,7 +3,8 @@
 #pragma once
 #include "model.hpp"
 
-template <class T, int n> struct Covariance {
+template <class T, int n>
+struct Covariance {
   Vector<T, n> x{};
   Matrix<T, n> P{};
 

@@ -9,7 +9,8 @@
 
 // Smallest eigenvalue of the correlation matrix; 0 stands for "not below
 // -n eps", and -1 for a diagonal that is not positive and finite.
-template <int n> double smallest_eigenvalue(const Matrix<double, n>& P) {
+template <int n>
+double smallest_eigenvalue(const Matrix<double, n>& P) {
   Vector<double, n> scale;
   for (int i = 0; i < n; ++i) {
     if (!(P[i][i] > 0 && std::isfinite(P[i][i]))) return -1;
@@ -30,7 +31,8 @@ struct Health {
   double smallest = 0;                        // eigenvalue of the correlation matrix
   double diagonal_error = 0, pair_error = 0;  // relative, see compare()
 
-  template <int n> void check(const Matrix<double, n>& P) {
+  template <int n>
+  void check(const Matrix<double, n>& P) {
     const double lambda = smallest_eigenvalue<n>(P);
     ++steps;
     indefinite += lambda < -1e-12;
@@ -38,7 +40,8 @@ struct Health {
     smallest = std::min(smallest, lambda);
   }
 
-  template <int n, class T> void compare(const Matrix<double, n>& P, const Matrix<T, n>& exact) {
+  template <int n, class T>
+  void compare(const Matrix<double, n>& P, const Matrix<T, n>& exact) {
     for (int i = 0; i < n; ++i)
       for (int j = i; j < n; ++j) {
         const double d = std::abs(double(T(P[i][j]) - exact[i][j]));
@@ -60,7 +63,8 @@ struct Health {
 
 // Collinearity: max_j P_jj / D_j, the factor by which knowing the later states
 // shrinks the variance of state j.  n = 2: exactly 1 / (1 - correlation^2).
-template <class Factored, int n> double collinearity(const Factored& f) {
+template <class Factored, int n>
+double collinearity(const Factored& f) {
   double worst = 1;
   for (int j = 0; j < n; ++j) worst = std::max(worst, double(f.variance(j) / f.D[j]));
   return worst;

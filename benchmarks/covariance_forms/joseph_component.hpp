@@ -10,7 +10,8 @@
 
 #include "joseph_symmetric.hpp"
 
-template <class T, int n> struct JosephComponent : JosephSymmetric<T, n> {
+template <class T, int n>
+struct JosephComponent : JosephSymmetric<T, n> {
   void update(const Vector<double, n>& h, double r, double z) {
     int measured = -1, entries = 0;
     for (int i = 0; i < n; ++i)

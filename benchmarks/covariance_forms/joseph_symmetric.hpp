@@ -21,14 +21,14 @@
 
 #include "covariance.hpp"
 
-template <class T, int n, int inflate = 0> struct JosephSymmetric : Covariance<T, n> {
+template <class T, int n, int inflate = 0>
+struct JosephSymmetric : Covariance<T, n> {
   void update(const Vector<double, n>& h, double r, double z) {
     auto& P = this->P;
     const auto g = this->correct_state(h, r, z);
     const Vector<T, n>& k = g.k;
     if constexpr (inflate > 0)
-      for (int i = 0; i < n; ++i)
-        P[i][i] *= 1 + inflate * std::numeric_limits<double>::epsilon();
+      for (int i = 0; i < n; ++i) P[i][i] *= 1 + inflate * std::numeric_limits<double>::epsilon();
     this->subtract_outer(g);
 
     Vector<T, n> Mh, e;

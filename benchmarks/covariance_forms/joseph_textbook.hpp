@@ -3,7 +3,8 @@
 #pragma once
 #include "covariance.hpp"
 
-template <class T, int n> struct JosephTextbook : Covariance<T, n> {
+template <class T, int n>
+struct JosephTextbook : Covariance<T, n> {
   void update(const Vector<double, n>& h, double r, double z) {
     const Vector<T, n> k = this->correct_state(h, r, z).k;
     auto& P = this->P;

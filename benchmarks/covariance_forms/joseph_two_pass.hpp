@@ -13,7 +13,8 @@
 
 enum class Keep { upper, lower, average };
 
-template <class T, int n, Keep keep> struct JosephTwoPass : Covariance<T, n> {
+template <class T, int n, Keep keep>
+struct JosephTwoPass : Covariance<T, n> {
   void update(const Vector<double, n>& h, double r, double z) {
     const auto g = this->correct_state(h, r, z);
     this->subtract_outer(g);

@@ -21,17 +21,17 @@
 namespace {
 
 template <int n>
-using Forms = std::tuple<Plain<double, n>, JosephTwoPass<double, n, Keep::upper>,
-                         JosephTwoPass<double, n, Keep::lower>,
-                         JosephTwoPass<double, n, Keep::average>, JosephSymmetric<double, n>,
-                         JosephSymmetric<double, n, 4>, JosephTextbook<double, n>,
-                         BiermanThornton<double, n>, JosephComponent<double, n>>;
+using Forms =
+    std::tuple<Plain<double, n>, JosephTwoPass<double, n, Keep::upper>,
+               JosephTwoPass<double, n, Keep::lower>, JosephTwoPass<double, n, Keep::average>,
+               JosephSymmetric<double, n>, JosephSymmetric<double, n, 4>, JosephTextbook<double, n>,
+               BiermanThornton<double, n>, JosephComponent<double, n>>;
 using Written2 = std::tuple<TwoState<Written::plain>, TwoState<Written::lower>,
                             TwoState<Written::symmetric>, TwoState<Written::inflated>>;
 constexpr int form_count = 9;
 const char* const form_name[form_count] = {
-    "a   plain",        "b1u two-pass upper", "b1l two-pass lower", "b2  two-pass average",
-    "b3  symmetric",    "b4  b3 + inflation", "c   textbook",       "d   Bierman-Thornton",
+    "a   plain",     "b1u two-pass upper", "b1l two-pass lower", "b2  two-pass average",
+    "b3  symmetric", "b4  b3 + inflation", "c   textbook",       "d   Bierman-Thornton",
     "b5  component"};
 
 // Calls body(form, index) for every form.
@@ -39,13 +39,15 @@ template <class Tuple, class Body, std::size_t... i>
 void for_each(Tuple& forms, Body body, std::index_sequence<i...>) {
   (body(std::get<i>(forms), i), ...);
 }
-template <class Tuple, class Body> void for_each(Tuple& forms, Body body) {
+template <class Tuple, class Body>
+void for_each(Tuple& forms, Body body) {
   for_each(forms, body, std::make_index_sequence<std::tuple_size_v<Tuple>>());
 }
 
 // ---- time ------------------------------------------------------------------
 
-template <int n> struct Reading {
+template <int n>
+struct Reading {
   Step<n> step;
   double z;
 };
@@ -91,9 +93,10 @@ void time_forms(Tuple forms, const std::vector<const char*>& names, int repetiti
       ns[i].push_back(pass<n>(form, readings));
       ratio[i].push_back(ns[i].back() / ns[0].back());
     });
-  std::printf("\nn = %d, %d interleaved repetitions\n"
-              "| form | median ns | fastest ns | median ratio to a |\n|---|---|---|---|\n",
-              n, repetitions);
+  std::printf(
+      "\nn = %d, %d interleaved repetitions\n"
+      "| form | median ns | fastest ns | median ratio to a |\n|---|---|---|---|\n",
+      n, repetitions);
   for (std::size_t i = 0; i < names.size(); ++i)
     std::printf("| %s | %.1f | %.1f | %.2f |\n", names[i], median(ns[i]),
                 *std::min_element(ns[i].begin(), ns[i].end()), median(ratio[i]));
@@ -122,7 +125,8 @@ void print(const char* title, const Health* row, bool errors) {
 }
 
 // The step's r, never below 1e-18 of the predicted h P h'.
-template <int n, class Driver> double variance(const Step<n>& s, const Driver& driver) {
+template <int n, class Driver>
+double variance(const Step<n>& s, const Driver& driver) {
   const auto P = driver.covariance();
   double prior = 0;
   for (int i = 0; i < n; ++i)
@@ -173,7 +177,8 @@ void run(Sequence<n> sequence, long steps, Driver driver, bool compare, Results&
 }
 
 // The reference itself: UD against textbook Joseph, both in 113-bit arithmetic.
-template <int n> double reference_disagreement(Sequence<n> sequence, long steps) {
+template <int n>
+double reference_disagreement(Sequence<n> sequence, long steps) {
   BiermanThornton<__float128, n> ud;
   JosephTextbook<__float128, n> joseph;
   ud.start(sequence.U0, sequence.D0);
@@ -190,7 +195,8 @@ template <int n> double reference_disagreement(Sequence<n> sequence, long steps)
   return worst;
 }
 
-template <int n> void accuracy(long steps) {
+template <int n>
+void accuracy(long steps) {
   Results by_kind[kinds], all(bins * form_count);
   double reference = 0;
   for (int kind = 0; kind < kinds; ++kind) {
@@ -205,8 +211,8 @@ template <int n> void accuracy(long steps) {
           }
     for (std::size_t i = 0; i < all.size(); ++i) all[i].merge(by_kind[kind][i]);
   }
-  std::printf("\n## n = %d, %ld steps per sequence; reference agrees with itself to %.0e\n", n, steps,
-              reference);
+  std::printf("\n## n = %d, %ld steps per sequence; reference agrees with itself to %.0e\n", n,
+              steps, reference);
   char title[100];
   for (int bin = 0; bin < bins; ++bin) {
     std::snprintf(title, sizeof title, "n = %d, collinearity %s, all sequences", n, bin_name[bin]);
@@ -223,7 +229,8 @@ template <int n> void accuracy(long steps) {
 
 // Definiteness alone; Bierman-Thornton in double drives.  restart = 0: one
 // unbroken run.
-template <int n> void long_run(long steps, long restart, double condition) {
+template <int n>
+void long_run(long steps, long restart, double condition) {
   for (Kind kind : {sweep, year, components, mixed})
     for (double q2 : {1., 1e-12}) {
       Results results(bins * form_count);
@@ -243,11 +250,14 @@ template <int n> void long_run(long steps, long restart, double condition) {
 
 int main(int argc, char** argv) {
   const char* what = argc > 1 ? argv[1] : "";
-  const auto number = [&](int i, long otherwise) { return argc > i ? std::atol(argv[i]) : otherwise; };
+  const auto number = [&](int i, long otherwise) {
+    return argc > i ? std::atol(argv[i]) : otherwise;
+  };
   if (!std::strcmp(what, "time")) {
     const std::vector<const char*> names(form_name, form_name + form_count);
-    time_forms<2>(Written2(), {"a   written out", "b1l written out", "b3  written out",
-                               "b4  written out"}, 401);
+    time_forms<2>(Written2(),
+                  {"a   written out", "b1l written out", "b3  written out", "b4  written out"},
+                  401);
     time_forms<2>(Forms<2>(), names, 201);
     time_forms<10>(Forms<10>(), names, 41);
     return sink == 0.123;  // keeps the timed work alive
@@ -263,9 +273,13 @@ int main(int argc, char** argv) {
     return 0;
   }
   if (!std::strcmp(what, "restart")) {  // back to a collinear P0 every 20 steps
-    for (double condition : {1e12, 1e14, 1e15, 1e16}) long_run<2>(number(2, 10000000), 20, condition);
+    for (double condition : {1e12, 1e14, 1e15, 1e16})
+      long_run<2>(number(2, 10000000), 20, condition);
     return 0;
   }
-  std::fprintf(stderr, "usage: %s time | accuracy [steps2 steps10] | long [steps2 steps10] | restart [steps2]\n", argv[0]);
+  std::fprintf(
+      stderr,
+      "usage: %s time | accuracy [steps2 steps10] | long [steps2 steps10] | restart [steps2]\n",
+      argv[0]);
   return 2;
 }

@@ -11,10 +11,13 @@
 #pragma once
 #include <array>
 
-template <class T, int n> using Vector = std::array<T, n>;
-template <class T, int n> using Matrix = std::array<std::array<T, n>, n>;
+template <class T, int n>
+using Vector = std::array<T, n>;
+template <class T, int n>
+using Matrix = std::array<std::array<T, n>, n>;
 
-template <int n> struct Transition {
+template <int n>
+struct Transition {
   double dt = 0;
   double q2 = 0;
   std::array<double, n - 2> decay{};

@@ -6,7 +6,8 @@
 #pragma once
 #include "covariance.hpp"
 
-template <class T, int n> struct Plain : Covariance<T, n> {
+template <class T, int n>
+struct Plain : Covariance<T, n> {
   void update(const Vector<double, n>& h, double r, double z) {
     this->subtract_outer(this->correct_state(h, r, z));
   }

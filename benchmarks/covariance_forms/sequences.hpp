@@ -17,14 +17,16 @@ struct Random {
   int below(int n) { return int(bits() % n); }
 };
 
-template <int n> struct Step {
+template <int n>
+struct Step {
   Transition<n> t;
   Vector<double, n> h{};
   double r = 1;
   bool relative = false;  // r is a multiple of the predicted h P h'
 };
 
-template <int n> Transition<n> transition(double dt, double q2) {
+template <int n>
+Transition<n> transition(double dt, double q2) {
   Transition<n> t;
   t.dt = dt;
   t.q2 = q2;
@@ -37,7 +39,8 @@ template <int n> Transition<n> transition(double dt, double q2) {
 }
 
 // n = 2: the speed itself.  n = 10: sensor s reads speed + v * scale_s + bias_s.
-template <int n> Vector<double, n> sensor(int s, double v) {
+template <int n>
+Vector<double, n> sensor(int s, double v) {
   Vector<double, n> h{};
   h[0] = 1;
   if constexpr (n > 2) {
@@ -47,7 +50,8 @@ template <int n> Vector<double, n> sensor(int s, double v) {
   return h;
 }
 
-template <int n> class Sequence {
+template <int n>
+class Sequence {
  public:
   Matrix<double, n> U0{};
   Vector<double, n> D0{};

@@ -9,7 +9,8 @@
 
 enum class Written { plain, lower, symmetric, inflated };
 
-template <Written form> struct TwoState {
+template <Written form>
+struct TwoState {
   double x[2] = {0, 0};
   double p00 = 0, p01 = 0, p11 = 0;
 

@@ -72,7 +72,7 @@ class BatchRun {
   }
 
   /// An estimate at every distinct validity time.
-  Status at_every_measurement(State& target, std::size_t& made) {
+  SUREFIX_INLINE Status at_every_measurement(State& target, std::size_t& made) {
     State state = target;
     const std::size_t count = sorted_.size();
     std::size_t done = 0;
@@ -88,7 +88,7 @@ class BatchRun {
   }
 
   /// Estimates at the times of the request.
-  Status at_times(const BatchRequest& request, State& target, std::size_t& made) {
+  SUREFIX_INLINE Status at_times(const BatchRequest& request, State& target, std::size_t& made) {
     State state = target;
     const std::size_t count = sorted_.size();
     std::size_t next = skip(state.oldest), done = 0;
