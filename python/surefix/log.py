@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix import _core
-from surefix.core.checks import NANOSECONDS, FloatArray
+from surefix.core.checks import FloatArray, to_nanoseconds_array
 from surefix.errors import ConfigError, ShapeError, SurefixError
 
 if TYPE_CHECKING:
@@ -215,5 +215,4 @@ def _factorised(labels: npt.NDArray[Any]) -> tuple[tuple[str, ...], npt.NDArray[
 def _stamps(time: FloatArray) -> npt.NDArray[np.int64]:
     """Nearest nanosecond, as the engine rounds; NO_TIME where there is none."""
     good = np.abs(time) <= _core.MAX_SECONDS  # false for NaN
-    scaled = np.rint(np.where(good, time, 0.0) * NANOSECONDS).astype(np.int64)
-    return np.where(good, scaled, NO_TIME)
+    return np.where(good, to_nanoseconds_array(np.where(good, time, 0.0)), NO_TIME)

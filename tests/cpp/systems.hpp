@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "printing.hpp"
 #include "random.hpp"
 #include "surefix/core/any_system.hpp"
 

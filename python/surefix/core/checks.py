@@ -61,7 +61,21 @@ def nanoseconds(name: str, value: Any, largest: float = _core.MAX_SECONDS) -> in
     result = number(name, value)
     if abs(result) > largest:
         raise ConfigError(f"{name}: expected at most {largest:g} s in magnitude, got {result}")
-    return round(result * NANOSECONDS)
+    return to_nanoseconds(result)
+
+
+def to_nanoseconds(value: float) -> int:
+    """Nearest nanosecond to a time in range, as the engine rounds: the fraction apart, because the
+    product of a Unix time with 1e9 loses 128 ns."""
+    whole = math.trunc(value)
+    return whole * 10**9 + round((value - whole) * NANOSECONDS)
+
+
+def to_nanoseconds_array(values: FloatArray) -> npt.NDArray[np.int64]:
+    """The same for many."""
+    whole = np.trunc(values)
+    fraction: npt.NDArray[np.int64] = np.rint((values - whole) * NANOSECONDS).astype(np.int64)
+    return whole.astype(np.int64) * 10**9 + fraction
 
 
 def array(name: str, value: Any, shape: tuple[int | None, ...]) -> FloatArray:

@@ -155,7 +155,7 @@ class CompositeStep:
             )
         index = np.array([names.index(s) for s in sensor], dtype=np.intp)
         latency = np.array([checks.nanoseconds("latency", s.latency) for s in sensors])
-        valid = np.rint(stamps * 1e9).astype(np.int64) - latency[index].astype(np.int64)
+        valid = checks.to_nanoseconds_array(stamps) - latency[index].astype(np.int64)
         order = np.lexsort((index, valid))
         ends = [*valid[order].tolist(), checks.nanoseconds("end", end)]
         state = np.zeros(system.size) if x is None else checks.array("x", x, (system.size,))

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
-from surefix.core.checks import NANOSECONDS, FloatArray
+from surefix.core.checks import NANOSECONDS, FloatArray, to_nanoseconds
 from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
 from surefix.core.models import Model
 from surefix.core.sensor import Sensor, make_system, state_names
@@ -135,7 +135,11 @@ class DesyncFilter:
         if delay is not None and rate is None and times is None:
             raise ConfigError("delay: expected rate or times with it")
         code = log.codes_for([sensor.name for sensor in self.sensors])
-        late = None if delay is None else round(checks.not_negative("delay", delay) * NANOSECONDS)
+        late = (
+            None
+            if delay is None
+            else checks.nanoseconds("delay", checks.not_negative("delay", delay))
+        )
         wanted = estimation_times(log, self.sensors, self.start, rate, times)
         out = self._engine.run(log.stamp, code, log.value, wanted, _NOISE_SCOPES[noise], late)
         time_s, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
@@ -156,7 +160,7 @@ class DesyncFilter:
         unknown sensors and late measurements are answered by their status and counted.
         """
         index = next((i for i, s in enumerate(self.sensors) if s.name == sensor), -1)
-        stamp = round(time * NANOSECONDS) if abs(time) <= _core.MAX_SECONDS else NO_TIME
+        stamp = to_nanoseconds(time) if abs(time) <= _core.MAX_SECONDS else NO_TIME
         status = Status(self._engine.push(stamp, index, float(value), self._pushes))
         self._pushes += 1
         return status

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
-from surefix.core.checks import NANOSECONDS
+from surefix.core.checks import NANOSECONDS, to_nanoseconds, to_nanoseconds_array
 from surefix.core.sensor import Sensor
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
@@ -29,14 +29,14 @@ def estimation_times(
         raise ConfigError("run: expected rate or times, got both")
     if rate is not None:
         first, last = _span(log, sensors)
-        begin = first if start is None else round(start * NANOSECONDS)
+        begin = first if start is None else to_nanoseconds(start)
         return _at_rate(begin, max(last, begin), checks.positive("rate", rate))
     if times is None:
         return None
     wanted = checks.array("times", times, (None,))
     if len(wanted) == 0 or np.abs(wanted).max() > _core.MAX_SECONDS:
         raise ConfigError(f"times: expected 1 or more times, got {wanted!r}")
-    return np.rint(wanted * NANOSECONDS).astype(np.int64)
+    return to_nanoseconds_array(wanted)
 
 
 def _at_rate(start: int, last: int, hertz: float) -> Nanoseconds:

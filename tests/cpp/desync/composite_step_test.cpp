@@ -6,6 +6,7 @@
 
 #include "bits.hpp"
 #include "composite_reference.hpp"
+#include "printing.hpp"
 
 namespace surefix::desync {
 namespace {

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "printing.hpp"
 #include "random.hpp"
 
 namespace surefix::desync {

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from math import inf
 
 import numpy as np
@@ -45,7 +46,7 @@ class Run:
 
 def nanoseconds(time: float) -> int:
     """Time as the filter counts it; ties go to the even number, as Python rounds."""
-    return round(time * 1e9)
+    return round(Fraction(time) * 10**9)
 
 
 class _Layout:

@@ -52,8 +52,9 @@ class AnyFilter {
   [[nodiscard]] virtual std::unique_ptr<AnyFilter> with_system(
       const AnySystem& system, const std::vector<int>& old_index) const = 0;
 
-  virtual Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id) noexcept = 0;
-  virtual Status estimate(Time time, StepError& error) noexcept = 0;
+  [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value,
+                                    std::int64_t id) noexcept = 0;
+  [[nodiscard]] virtual Status estimate(Time time, StepError& error) noexcept = 0;
   /// Estimate of the last step, its time, and the noise of its measurements in order of validity.
   [[nodiscard]] virtual AnySystem::Belief belief() const noexcept = 0;
   [[nodiscard]] virtual std::vector<NoiseEstimate> noise() const = 0;
@@ -63,8 +64,8 @@ class AnyFilter {
 
   /// Batch, from the filter's initial state; the filter itself stays as it is.
   [[nodiscard]] virtual PreparedLog prepare(const LogView& log, Status* status) const = 0;
-  virtual BatchSummary run(const PreparedLog& log, const BatchRequest& request,
-                           const BatchOutput& out) const = 0;
+  [[nodiscard]] virtual BatchSummary run(const PreparedLog& log, const BatchRequest& request,
+                                         const BatchOutput& out) const = 0;
 
   [[nodiscard]] virtual SavedFilter save() const = 0;
   [[nodiscard]] virtual Status restore(const SavedFilter& saved) noexcept = 0;

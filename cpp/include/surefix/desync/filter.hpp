@@ -30,7 +30,8 @@ class Filter {
 
   /// Takes a measurement of `sensor` with its time stamp [ns]: in any order, as long as it was
   /// valid after the last estimate. `id` is the caller's and comes back with its noise estimate.
-  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id) noexcept {
+  [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value,
+                            std::int64_t id) noexcept {
     const Status status = try_push(stamp, sensor, value, id);
     counters_.count(status);
     return status;
@@ -39,7 +40,7 @@ class Filter {
   /// Ends the step at `time` ≥ the last estimate's: uses all measurements valid until then, gives
   /// the step's SSE; the belief is `state().belief`. On any status but ok nothing changes, except
   /// that the noise of the step before may be gone.
-  Status estimate(Time time, StepError& error) noexcept {
+  [[nodiscard]] Status estimate(Time time, StepError& error) noexcept {
     const std::size_t ready = buffer_.ready(time);
     State state = state_;
     if (!started_) state.time = state.oldest = ready > 0 ? buffer_[0].valid : time;
