@@ -62,8 +62,9 @@ template <class System>
       m.sensor, reading.at, belief, [&](const auto& row, auto& value) SUREFIX_LAMBDA {
         return update(value, row, sigma * sigma, innovation, record.innovation);
       });
+  if (!updated) return Status::numerical;
   const double square = innovation * innovation / record.innovation.variance;
-  if (!updated || !(square <= std::numeric_limits<double>::max())) return Status::numerical;
+  if (!(square <= std::numeric_limits<double>::max())) return Status::numerical;
   record.valid = m.valid;
   record.id = m.id;
   record.sensor = m.sensor;
