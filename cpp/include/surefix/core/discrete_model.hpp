@@ -15,6 +15,7 @@ class DiscreteModel {
  public:
   static constexpr int size = N;
   static constexpr int max_size = MaxN;
+  static constexpr int output = -1;  // none: the rows of the sensors say what they read
   using Transition = DenseTransition<N, MaxN>;
   using Matrix = typename Transition::Matrix;
 

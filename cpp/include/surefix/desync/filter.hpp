@@ -45,18 +45,18 @@ class Filter {
     State state = state_;
     if (!started_) state.time = state.oldest = ready > 0 ? buffer_[0].valid : time;
     Counters counters = counters_;
-    std::size_t used = 0;
+    std::size_t used = 0, tried = 0;
     Status status = time < state.time ? Status::time_backwards : Status::ok;
     if (!in_range(time)) status = Status::not_finite;
-    for (std::size_t i = 0; i < ready && status == Status::ok; ++i) {
-      const Status absorbed = absorb(system_, state, buffer_[i], records_[used]);
+    for (; tried < ready && status == Status::ok; ++tried) {
+      const Status absorbed = absorb(system_, state, buffer_[tried], records_[used]);
       if (absorbed == Status::ok) ++used;
       if (absorbed != Status::ok) counters.count(absorbed);
     }
     if (status == Status::ok) status = close_step(system_, state, time, error);
     if (status != Status::ok) {
       counters_.count(status);
-      if (used > 0) used_ = 0;  // their records lie where those of the last step were
+      if (tried > 0) used_ = 0;  // what was tried lies where the records of the last step were
       return status;
     }
     state_ = state;
