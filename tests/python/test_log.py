@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +54,7 @@ def test_log_keeps_its_rows_in_order() -> None:
 def test_times_become_the_nearest_nanosecond() -> None:
     times = [0.1, 1.0000000004, -2.5, 1.7e9 + 0.123456, 3e9]
     log = sf.Log(times, ["w"] * 5, np.zeros(5))
-    assert log.stamp.tolist() == [round(t * 1e9) for t in times]
+    assert log.stamp.tolist() == [round(Fraction(t) * 10**9) for t in times]  # exact
 
 
 @pytest.mark.parametrize("time", [np.nan, np.inf, -np.inf, 3.1e9, -1e300])
