@@ -122,12 +122,6 @@ void expect_no_heap(const System& system) {
   EXPECT_TRUE(std::isfinite(sum));
 }
 
-template <class Model>
-struct Watchable : Model {
-  using Model::Model;
-  static constexpr int output = -1;
-};
-
 void* volatile sink;  // so that no compiler leaves an allocation out
 
 TEST_F(NoHeap, TheCounterCounts) {
@@ -146,8 +140,8 @@ TEST_F(NoHeap, InStepsOfALinearModel) {
   Eigen::Matrix3d A, W = Eigen::Matrix3d::Zero();
   A << 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -0.1;
   W(2, 2) = 0.01;
-  using Linear = System<Watchable<LinearModel<3>>, 1, 1, 2>;
-  Linear system{Watchable<LinearModel<3>>(A, W)};
+  using Linear = System<LinearModel<3>, 1, 1, 2>;
+  Linear system{LinearModel<3>(A, W)};
   const Eigen::Vector3d position{1.0, 0.0, 0.0}, speed{0.0, 1.0, 0.0};
   ASSERT_EQ(system.add(sensor<Linear>(speed, 0.5, 0, {0.1, 60.0})), ConfigStatus::ok);
   ASSERT_EQ(system.add(sensor<Linear>(position, 2.0, 10 * millisecond)), ConfigStatus::ok);
@@ -155,9 +149,9 @@ TEST_F(NoHeap, InStepsOfALinearModel) {
 }
 
 TEST_F(NoHeap, InStepsOfADiscreteModel) {
-  using Discrete = System<Watchable<DiscreteModel<2>>, 0, 0, 1>;
+  using Discrete = System<DiscreteModel<2>, 0, 0, 1>;
   const Eigen::Matrix2d F{{1.0, 0.001}, {0.0, 1.0}}, Q{{1e-9, 0.0}, {0.0, 1e-6}};
-  Discrete system{Watchable<DiscreteModel<2>>(F, Q, millisecond)};
+  Discrete system{DiscreteModel<2>(F, Q, millisecond)};
   const Eigen::Vector2d speed{1.0, 0.0};
   ASSERT_EQ(system.add(sensor<Discrete>(speed, 0.5)), ConfigStatus::ok);
   expect_no_heap(system);

@@ -222,16 +222,18 @@ TEST(System, TheSpeedSystemKeepsEverySensor) {
   EXPECT_TRUE(same_bits(dense(actual, 2).Q, dense(expected, 2).Q));
 }
 
-template <class Model, class = void>
-struct IsWatchable : std::false_type {};
 template <class Model>
-struct IsWatchable<Model, std::void_t<decltype(Model::output)>> : std::true_type {};
+void expect_reads_the_sum(const Model& model) {
+  System<Model> system{model};
+  ASSERT_EQ(system.add(sensor<System<Model>>(Eigen::Vector2d{1.0, 1.0}, 1.0)), ConfigStatus::ok);
+  EXPECT_EQ(reading(system, 0, Eigen::Vector2d{2.0, 3.0}), 5.0);
+}
 
 TEST(System, TakesEveryModelOfTheLibrary) {
-  EXPECT_TRUE(IsWatchable<ConstantAcceleration>::value);
-  EXPECT_TRUE(IsWatchable<AnyModel>::value);
-  EXPECT_TRUE(IsWatchable<LinearModel<3>>::value) << "LinearModel has no `output`";
-  EXPECT_TRUE(IsWatchable<DiscreteModel<3>>::value) << "DiscreteModel has no `output`";
+  const Eigen::Matrix2d one = Eigen::Matrix2d::Identity();
+  expect_reads_the_sum(ConstantAcceleration(0.1));
+  expect_reads_the_sum(LinearModel<2>(one, one));
+  expect_reads_the_sum(DiscreteModel<2>(one, one, second));
 }
 
 }  // namespace
