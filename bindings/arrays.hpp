@@ -5,8 +5,10 @@
 #include <pybind11/pybind11.h>
 
 #include <Eigen/Core>
+#include <new>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace surefix::bindings {
@@ -41,25 +43,51 @@ Array to_numpy(const Eigen::MatrixBase<Derived>& value) {
   return out;
 }
 
-/// Arrays that are born and die together, out of one allocation: blocks of several megabytes that
-/// are freed one by one go back to the operating system and are paid for again, page by page, in
-/// the next call.
+/// The memory of the outputs that died last, kept for the next call: blocks of megabytes that go
+/// back to the operating system are paid for again, page by page, when they are next asked for.
+/// One block of at most 64 MiB; taken and given with the GIL held.
+class SpareMemory {
+ public:
+  static std::size_t* take(std::size_t bytes) {
+    std::size_t* found = std::exchange(spare_, nullptr);
+    if (found != nullptr && *found >= bytes && *found / 4 <= bytes) return found;
+    ::operator delete(found);
+    found = static_cast<std::size_t*>(::operator new(header + bytes));
+    *found = bytes;
+    return found;
+  }
+  static void give(void* block) {
+    auto* given = static_cast<std::size_t*>(block);
+    if (*given <= largest) std::swap(given, spare_);
+    ::operator delete(given);
+  }
+  static constexpr std::size_t header = 64;  // holds the block's size, keeps the alignment
+
+ private:
+  static constexpr std::size_t largest = 64 << 20;
+  static inline std::size_t* spare_ = nullptr;
+};
+
+/// Arrays that are born and die together, out of one allocation.
 class Block {
  public:
-  explicit Block(py::ssize_t bytes) : memory_(bytes + 64) {}
+  explicit Block(py::ssize_t bytes)
+      : memory_(SpareMemory::take(static_cast<std::size_t>(bytes) + 64)),
+        owner_(memory_, &SpareMemory::give) {}
 
   template <class T>
   py::array_t<T> take(std::vector<py::ssize_t> shape) {
     py::ssize_t count = 1;
     for (const py::ssize_t length : shape) count *= length;
     used_ = (used_ + 7) / 8 * 8;
-    auto* first = reinterpret_cast<T*>(memory_.mutable_data() + used_);
+    auto* data = reinterpret_cast<unsigned char*>(memory_) + SpareMemory::header + used_;
     used_ += count * static_cast<py::ssize_t>(sizeof(T));
-    return py::array_t<T>(std::move(shape), first, memory_);
+    return py::array_t<T>(std::move(shape), reinterpret_cast<T*>(data), owner_);
   }
 
  private:
-  py::array_t<std::uint8_t> memory_;
+  std::size_t* memory_;
+  py::capsule owner_;
   py::ssize_t used_ = 0;
 };
 

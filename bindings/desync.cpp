@@ -58,13 +58,12 @@ py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_styl
   BatchSummary summary;
   {
     py::gil_scoped_release release;
-    if (noisy) {
-      std::fill_n(out.noise, N, std::numeric_limits<double>::quiet_NaN());
-      std::fill_n(out.noise_variance, N, std::numeric_limits<double>::quiet_NaN());
-    }
     const BatchRequest request{wanted, static_cast<std::size_t>(T), scope,
                                delay.value_or(any_delay)};
     summary = filter.run(prepared, request, out);
+    for (py::ssize_t i = 0; i < noises; ++i)
+      if (status_data[i] != Status::ok)
+        out.noise[i] = out.noise_variance[i] = std::numeric_limits<double>::quiet_NaN();
   }
   return py::make_tuple(time, x, P, sse, degrees, status, v, variance, summary.log_likelihood,
                         name(summary.status), summary.estimates);

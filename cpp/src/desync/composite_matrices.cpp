@@ -41,16 +41,18 @@ CompositeMatrices composite_matrices(const std::vector<Leg>& legs,
     from_noise = leg.F * from_noise;
     from_input = leg.F * from_input;
     from_noise.middleCols(n * i, n).setIdentity();
-    from_input.middleCols(p * i, p) = leg.G;
+    if (p > 0) from_input.middleCols(p * i, p) = leg.G;
     out.Omega.block(n * i, n * i, n, n) = leg.Q;
     if (i + 1 == count) break;
     const Observation& observation = observations[static_cast<std::size_t>(i)];
     const Index m = observation.H.rows();
     out.HF.middleRows(row, m) = observation.H * from_start;
     out.L.middleRows(row, m) = observation.H * from_noise;
-    out.LG.middleRows(row, m) = observation.H * from_input;
     out.Upsilon.block(row, row, m, m) = observation.R;
-    out.J.block(row, p * i, m, p) = observation.J;
+    if (p > 0) {  // else these matrices are empty
+      out.LG.middleRows(row, m) = observation.H * from_input;
+      out.J.block(row, p * i, m, p) = observation.J;
+    }
     row += m;
   }
   out.F = from_start;
@@ -77,7 +79,7 @@ bool backward_matrices(const std::vector<Leg>& legs, const std::vector<Observati
       if (!lu.isInvertible()) return false;
       back = MatrixXd(lu.solve(back.transpose())).transpose().eval();
       out.Theta.block(row, n * j, m, n) = back;
-      out.Xi.block(row, p * j, m, p) = back * leg.G;
+      if (p > 0) out.Xi.block(row, p * j, m, p) = back * leg.G;
     }
     out.H.middleRows(row, m) = back;
     row += m;

@@ -226,3 +226,21 @@ def test_to_pandas_holds_the_columns() -> None:
     assert list(frame.columns) == list(result.columns())
     for name, column in result.columns().items():
         np.testing.assert_array_equal(frame[name].to_numpy(), column)
+
+
+def test_results_that_live_do_not_share_memory() -> None:
+    """The memory of a result that died serves the next one, never that of a result in use."""
+
+    def run(speed: float) -> sf.Result:
+        time = np.arange(1.0, 50.0)
+        log = sf.Log(time, np.full(len(time), "wheel"), np.full(len(time), speed))
+        return sf.DesyncFilter(sf.ConstantAcceleration(0.1), SENSORS[:1], X0, P0).run(log)
+
+    first = run(10.0)
+    kept = first.x.copy()
+    view = run(20.0).x[3:5]  # all that is left of its result
+    ending = view.copy()
+    others = [run(30.0 + i) for i in range(5)]
+    np.testing.assert_array_equal(first.x, kept)
+    np.testing.assert_array_equal(view, ending)
+    assert not any(np.shares_memory(other.x, first.x) for other in others)

@@ -8,6 +8,7 @@
 // variance σ² (1 − φ²). τ = ∞ is a constant that is only known to be N(0, σ²).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -36,7 +37,8 @@ struct GaussMarkov {
 /// One sensor of a model of state vector `Vector` (n).
 template <class Vector>
 struct Sensor {
-  Vector observes;      ///< h (n): what it reads of the model's state
+  /// h (n): what it reads of the model's state.
+  Vector observes = Vector::Zero(std::max<int>(Vector::RowsAtCompileTime, 0));
   double sigma = 0.0;   ///< standard deviation of the white noise, > 0 [unit of z]
   Time latency = 0;     ///< a value belongs to the time of its stamp minus this [ns]
   GaussMarkov scale{};  ///< relative error of the scale factor

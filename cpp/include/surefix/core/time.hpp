@@ -13,14 +13,12 @@ using Time = std::int64_t;
 /// Largest magnitude of a time [s]: 95 years to either side of zero (of 1970, for Unix time), so
 /// that the difference of two times less a latency still fits into 64 bits of nanoseconds.
 inline constexpr double max_seconds = 3e9;
+inline constexpr Time max_time = static_cast<Time>(max_seconds) * 1'000'000'000;  ///< [ns]
 /// Largest magnitude of a latency [s].
 inline constexpr double max_latency = 1e6;
 
 /// Whether a time is one that the engine computes with.
-constexpr bool in_range(Time time) noexcept {
-  constexpr Time largest = static_cast<Time>(max_seconds) * 1'000'000'000;
-  return time >= -largest && time <= largest;
-}
+constexpr bool in_range(Time time) noexcept { return time >= -max_time && time <= max_time; }
 
 /// Duration in seconds, correctly rounded.
 constexpr double seconds(Time duration) noexcept { return static_cast<double>(duration) / 1e9; }

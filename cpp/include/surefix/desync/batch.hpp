@@ -130,12 +130,12 @@ class BatchRun {
     noise_.end_step();
     return status;
   }
-  Status finish(const State& state, Status status, std::size_t done, State& target,
-                std::size_t& made) {
+  SUREFIX_INLINE Status finish(const State& state, Status status, std::size_t done, State& target,
+                               std::size_t& made) {
     made = done;
     if (status != Status::ok) return status;
     noise_.end_journey();
-    target = state;
+    assign(target, state);
     return status;
   }
 

@@ -38,7 +38,7 @@ struct BatchOutput {
   double* sse;             ///< (T)
   std::int32_t* degrees;   ///< (T)
   Status* status;          ///< (N) what became of every row
-  double* noise;           ///< (N) v̂, NaN where the row was not used; null for NoiseScope::none
+  double* noise;           ///< (N) v̂, written where the status is ok; null for NoiseScope::none
   double* noise_variance;  ///< (N), as `noise`
 };
 

@@ -59,7 +59,7 @@ class Filter {
       if (tried > 0) used_ = 0;  // what was tried lies where the records of the last step were
       return status;
     }
-    state_ = state;
+    assign(state_, state);
     counters_ = counters;
     started_ = true;
     used_ = used;

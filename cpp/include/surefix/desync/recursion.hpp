@@ -34,6 +34,17 @@ template <class Belief>
   return {belief, start, start};
 }
 
+/// to ← from, the belief component by component as in `assign` of a Gaussian.
+template <class Belief>
+SUREFIX_INLINE void assign(RecursionState<Belief>& to,
+                           const RecursionState<Belief>& from) noexcept {
+  assign(to.belief, from.belief);
+  to.time = from.time;
+  to.oldest = from.oldest;
+  to.likelihood = from.likelihood;
+  to.step = from.step;
+}
+
 /// Moves `belief` from one time to a later one. Only on ok is it to be used.
 template <class System>
 [[nodiscard]] SUREFIX_INLINE Status move(const System& system, typename System::Belief& belief,

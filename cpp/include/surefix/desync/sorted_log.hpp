@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -63,17 +64,28 @@ class SortedLog {
   }
 
  private:
-  /// Whether every row is usable and later than the one before it. Two loops without branches.
+  /// Whether every row is usable and later than the one before it. What is wrong sets the sign bit
+  /// of `wrong`: without comparisons the compiler makes vectors of these loops, which the filter
+  /// would otherwise wait for.
   [[nodiscard]] bool is_plain() const noexcept {
-    const auto sensors = static_cast<std::uint32_t>(latency_.size());
-    bool plain = true;
+    using Bits = std::uint64_t;
+    constexpr Bits largest = Bits{max_time}, sign = Bits{1} << 63, lowest_exponent = Bits{1} << 52;
+    const auto last_sensor = static_cast<std::uint32_t>(latency_.size()) - 1;
+    Bits wrong = 0;
+    std::uint32_t unknown = 0;
     for (std::size_t i = 0; i < log_.count; ++i) {
-      const bool known = static_cast<std::uint32_t>(log_.sensor[i]) < sensors;
-      plain &= known & (log_.value[i] * 0.0 == 0.0) & in_range(log_.stamp[i]);
+      Bits value;
+      std::memcpy(&value, &log_.value[i], sizeof value);
+      wrong |= (value & ~sign) + lowest_exponent;  // carries out of the exponent of Inf and NaN
+      const auto stamp = static_cast<Bits>(log_.stamp[i]);
+      wrong |= (largest + stamp) | (largest - stamp);
+      const auto sensor = static_cast<std::uint32_t>(log_.sensor[i]);
+      unknown |= sensor | (last_sensor - sensor);
     }
-    if (!plain) return false;
-    for (std::size_t i = 1; i < log_.count; ++i) plain &= row(i).valid > row(i - 1).valid;
-    return plain;
+    if ((wrong & sign) != 0 || unknown >> 31 != 0) return false;
+    for (std::size_t i = 1; i < log_.count; ++i)
+      wrong |= static_cast<Bits>(row(i).valid - row(i - 1).valid - 1);
+    return (wrong & sign) == 0;
   }
   [[nodiscard]] Status usable(std::size_t i) const noexcept {
     const std::int32_t s = log_.sensor[i];
