@@ -32,13 +32,14 @@ struct ComponentRow {
   }
 };
 
-/// A row with at most `Max` entries that are not zero.
-template <int Max>
+/// A row with at most `Max` entries that are not zero; on a pack the entries differ between lanes
+/// where the row was linearised at different states.
+template <int Max, class Lane = double>
 class SparseRow {
  public:
   static constexpr int component = -1;
 
-  void add(int index, double coefficient) noexcept {
+  void add(int index, const Lane& coefficient) noexcept {
     index_[static_cast<std::size_t>(count_)] = index;
     coefficient_[static_cast<std::size_t>(count_)] = coefficient;
     ++count_;
@@ -65,13 +66,13 @@ class SparseRow {
 
  private:
   [[nodiscard]] int index(int e) const noexcept { return index_[static_cast<std::size_t>(e)]; }
-  [[nodiscard]] double coefficient(int e) const noexcept {
+  [[nodiscard]] const Lane& coefficient(int e) const noexcept {
     return coefficient_[static_cast<std::size_t>(e)];
   }
 
   int count_ = 0;
-  std::array<int, Max> index_{};
-  std::array<double, Max> coefficient_{};
+  std::array<int, Max> index_;  // the first `count_`
+  std::array<Lane, Max> coefficient_;
 };
 
 /// A row given as a dense vector of the state's size.

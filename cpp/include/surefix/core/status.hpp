@@ -50,13 +50,17 @@ class Counters {
 /// What is wrong with a configuration; reported before the first step.
 enum class ConfigStatus : std::uint8_t {
   ok = 0,
-  wrong_size,        ///< a vector or matrix does not fit the model's state
-  not_finite,        ///< a parameter is NaN or infinite
-  negative,          ///< a standard deviation or density is negative
-  not_positive,      ///< sigma of a sensor, a time constant or a period is not above zero
-  not_semidefinite,  ///< a covariance is not symmetric and positive semidefinite
-  too_many_sensors,  ///< more sensors than the system has room for
-  sensor_states,     ///< the sensors' error states do not fill the system's fixed size
+  wrong_size,           ///< a vector or matrix does not fit the model's state
+  not_finite,           ///< a parameter is NaN or infinite
+  negative,             ///< a standard deviation or density is negative
+  not_positive,         ///< sigma of a sensor, a time constant or a period is not above zero
+  not_semidefinite,     ///< a covariance is not symmetric and positive semidefinite
+  too_many_sensors,     ///< more sensors than the system has room for
+  sensor_states,        ///< the sensors' error states do not fill the system's fixed size
+  too_many_modes,       ///< more fault modes than a sensor has room for, or two that drift
+  too_many_hypotheses,  ///< more combinations of modes than are ever enumerated
+  prior,  ///< no distribution: probabilities not in (0, 1), rates or durations not > 0
+  risk,   ///< a risk outside (0, 1)
 };
 
 }  // namespace surefix

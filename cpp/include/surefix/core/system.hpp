@@ -13,16 +13,20 @@
 namespace surefix {
 
 /// Where a sensor's reading ẑ = (1 + ŝ) h x̂ + b̂ was linearised: its gain 1 + ŝ and level h x̂.
-struct Linearisation {
-  double gain;
-  double level;
+template <class Lane>
+struct BasicLinearisation {
+  Lane gain;
+  Lane level;
 };
+using Linearisation = BasicLinearisation<double>;
 
 /// The predicted reading ẑ, and where it is linearised.
-struct Reading {
-  Linearisation at;
-  double predicted;
+template <class Lane>
+struct BasicReading {
+  BasicLinearisation<Lane> at;
+  Lane predicted;
 };
+using Reading = BasicReading<double>;
 
 /// `SensorStates`: how many scale and bias states the sensors have together, or Eigen::Dynamic
 /// with at most `MaxSensorStates`.
@@ -102,15 +106,32 @@ class System {
 
   /// What the sensor should read at state x, and where that is linearised.
   template <class Vector>
-  [[nodiscard]] SUREFIX_INLINE Reading read(int index, const Vector& x) const noexcept {
+  [[nodiscard]] SUREFIX_INLINE BasicReading<typename Vector::Scalar> read(
+      int index, const Vector& x) const noexcept {
+    using Lane = typename Vector::Scalar;
     const Watcher& w = watcher(index);
     if constexpr (Model::output >= 0)
-      if (w.plain) return {{1.0, 0.0}, x(Model::output)};
+      if (w.plain) return {{Lane(1.0), Lane(0.0)}, x(Model::output)};
     const Vector apart = x;  // see `with_row`
-    double level = 0.0;
+    Lane level = Lane(0.0);
     for (int i = 0; i < model_size(); ++i) level += w.sensor.observes(i) * apart(i);
-    const double gain = w.scale_state < 0 ? 1.0 : 1.0 + apart(w.scale_state);
-    return {{gain, level}, gain * level + (w.bias_state < 0 ? 0.0 : apart(w.bias_state))};
+    Lane gain = Lane(1.0), bias = Lane(0.0);
+    if (w.scale_state >= 0) gain += apart(w.scale_state);
+    if (w.bias_state >= 0) bias = apart(w.bias_state);
+    return {{gain, level}, gain * level + bias};
+  }
+
+  /// The sensor's row ∂ẑ/∂x, put together at run time, with room for `More` entries of others.
+  template <int More = 0, class Lane>
+  [[nodiscard]] SUREFIX_INLINE SparseRow<Model::max_size + 2 + More, Lane> row(
+      int index, const BasicLinearisation<Lane>& at) const noexcept {
+    const Watcher& w = watcher(index);
+    SparseRow<Model::max_size + 2 + More, Lane> row;
+    for (int i = 0; i < model_size(); ++i)
+      if (w.sensor.observes(i) != 0.0) row.add(i, at.gain * w.sensor.observes(i));
+    if (w.scale_state >= 0) row.add(w.scale_state, at.level);
+    if (w.bias_state >= 0) row.add(w.bias_state, Lane(1.0));
+    return row;
   }
 
   /// Calls `visit(row, value)` with the sensor's row ∂ẑ/∂x and returns what it returns. Rows that
@@ -122,16 +143,11 @@ class System {
     const Watcher& w = watcher(index);
     if constexpr (Model::output >= 0)
       if (w.plain) return visit(ComponentRow<Model::output>{}, value);
-    SparseRow<Model::max_size + 2> row;
-    for (int i = 0; i < model_size(); ++i)
-      if (w.sensor.observes(i) != 0.0) row.add(i, at.gain * w.sensor.observes(i));
-    if (w.scale_state >= 0) row.add(w.scale_state, at.level);
-    if (w.bias_state >= 0) row.add(w.bias_state, 1.0);
     if constexpr (dynamic) {
-      return visit(row, value);
+      return visit(row(index, at), value);
     } else {
       Value apart = value;
-      const auto result = visit(row, apart);
+      const auto result = visit(row(index, at), apart);
       assign(value, apart);
       return result;
     }

@@ -2,6 +2,8 @@
 // on these sizes they are several times faster than products of bounded-dynamic matrices.
 #pragma once
 
+#include <type_traits>
+
 #include "surefix/core/gaussian.hpp"
 
 namespace surefix {
@@ -9,8 +11,10 @@ namespace surefix {
 /// F (n × n) and Q (n × n, symmetric) of one duration.
 template <int N, int MaxN = N>
 struct DenseTransition {
-  using Vector = typename Gaussian<N, double, MaxN>::Vector;
   using Matrix = typename Gaussian<N, double, MaxN>::Matrix;
+  /// As many components of V's scalar, a double or a pack.
+  template <class V>
+  using Column = typename Gaussian<N, typename std::decay_t<V>::Scalar, MaxN>::Vector;
 
   Matrix F;
   Matrix Q;
@@ -18,7 +22,7 @@ struct DenseTransition {
   template <class V>
   void apply(V&& v) const noexcept {
     const int n = static_cast<int>(F.rows());
-    Vector result(n);
+    Column<V> result(n);
     for (int i = 0; i < n; ++i) result(i) = F(i, 0) * v(0);
     for (int j = 1; j < n; ++j)
       for (int i = 0; i < n; ++i) result(i) += F(i, j) * v(j);
@@ -28,7 +32,7 @@ struct DenseTransition {
   template <class V>
   void apply_transposed(V&& v) const noexcept {
     const int n = static_cast<int>(F.rows());
-    Vector result(n);
+    Column<V> result(n);
     for (int j = 0; j < n; ++j) {
       result(j) = F(0, j) * v(0);
       for (int i = 1; i < n; ++i) result(j) += F(i, j) * v(i);

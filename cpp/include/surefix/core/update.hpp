@@ -18,8 +18,9 @@ struct Innovation {
 
 /// P⁺ for a row that reads component I alone. Joseph's form says P⁺hᵀ = r k, so row and column I
 /// need no subtraction and are exact to a few ulps, however small r is.
-template <int I, class G>
-SUREFIX_INLINE void correct_component(G& belief, const typename G::Vector& k, double r) noexcept {
+template <int I, class G, class Variance>
+SUREFIX_INLINE void correct_component(G& belief, const typename G::Vector& k,
+                                      const Variance& r) noexcept {
   loop<G::fixed_size>(belief.size(), [&](int i) SUREFIX_LAMBDA {
     belief.P(i, I) = r * k(i);
     belief.P(I, i) = r * k(i);
@@ -28,9 +29,9 @@ SUREFIX_INLINE void correct_component(G& belief, const typename G::Vector& k, do
 
 /// P⁺ for any row, Joseph's (I − k h) P (I − k h)ᵀ + r k kᵀ in O(n²): with e = M hᵀ − r k, which is
 /// zero but for the rounding of M,  P⁺ = M − e kᵀ − k eᵀ + (h e) k kᵀ  damps it from both sides.
-template <class G, class Row>
+template <class G, class Row, class Variance>
 SUREFIX_INLINE void correct(G& belief, const Row& h, const typename G::Vector& k,
-                            double r) noexcept {
+                            const Variance& r) noexcept {
   constexpr int N = G::fixed_size;
   const int n = belief.size();
   typename G::Vector e = h.times(belief);
@@ -44,14 +45,15 @@ SUREFIX_INLINE void correct(G& belief, const Row& h, const typename G::Vector& k
   mirror(belief.P);
 }
 
-/// Updates `belief` by a measurement with row h (n), noise variance r and innovation ν.
+/// Updates `belief` by a measurement with row h (n), noise variance r (a double, or one for each
+/// lane) and innovation ν.
 ///
 /// The covariance is M = P − b bᵀ/S, b = P hᵀ, corrected for its rounding: that is what keeps P ≥ 0
 /// (measured against six other forms in benchmarks/covariance_forms).
 ///
 /// False, with `belief` untouched, if S is not positive and finite.
-template <class G, class Row>
-[[nodiscard]] SUREFIX_INLINE bool update(G& belief, const Row& h, double r,
+template <class G, class Row, class Variance>
+[[nodiscard]] SUREFIX_INLINE bool update(G& belief, const Row& h, const Variance& r,
                                          const typename G::Scalar& innovation,
                                          Innovation<G>& out) noexcept {
   using Lane = typename G::Scalar;
