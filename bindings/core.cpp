@@ -45,6 +45,10 @@ AnySystem make_system(const AnyModel& model, const Array& observes, const Array&
       throw std::invalid_argument("sensor " + std::to_string(s) + " refused, status " +
                                   std::to_string(static_cast<int>(status)));
   }
+  const ConfigStatus status = system.check();
+  if (status != ConfigStatus::ok)
+    throw std::invalid_argument("model refused, status " +
+                                std::to_string(static_cast<int>(status)));
   return system;
 }
 

@@ -17,8 +17,9 @@ AnySystem::ModelBelief model_belief(const Array& x, const Array& P) {
 
 py::tuple counts(const Counters& counters) { return py::tuple(py::cast(counters.all())); }
 
-/// One call per log: (time, x, P, sse, degrees, status, noise, noise_variance, log-likelihood,
-/// name of the status that ended it, number of estimates). The GIL is released while it runs.
+/// One call per log, arrays as long as the estimates that were made: (time, x, P, sse, degrees,
+/// status, noise, noise_variance, log-likelihood, name of the status that ended it, number of
+/// estimates). The GIL is released while it runs.
 py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style>& stamp,
               const py::array_t<std::int32_t, py::array::c_style>& sensor,
               const py::array_t<double, py::array::c_style>& value,
@@ -65,8 +66,9 @@ py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_styl
       if (status_data[i] != Status::ok)
         out.noise[i] = out.noise_variance[i] = std::numeric_limits<double>::quiet_NaN();
   }
-  return py::make_tuple(time, x, P, sse, degrees, status, v, variance, summary.log_likelihood,
-                        name(summary.status), summary.estimates);
+  const py::slice made(0, static_cast<py::ssize_t>(summary.estimates), 1);
+  return py::make_tuple(time[made], x[made], P[made], sse[made], degrees[made], status, v, variance,
+                        summary.log_likelihood, name(summary.status), summary.estimates);
 }
 
 py::dict save(const AnyFilter& filter) {

@@ -5,4 +5,5 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = SUREFIX_VERSION;
   surefix::bindings::bind_core(module);
   surefix::bindings::bind_desync(module);
+  surefix::bindings::bind_robust(module);
 }

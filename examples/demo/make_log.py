@@ -377,11 +377,19 @@ state = [0.0, 0.0]
 sigma = [1.0, 0.1]
 """
 
+CONFIG_FAULTS = """
+# The faults of every sensor: any of its modes begins about once in 100 s, more often than in this
+# log, for a fault that is held to be too rare makes limits too narrow. Durations are orders of
+# magnitude: a reading or a few, a slip, a tunnel. A sensor that drifts is off by some 10 m/s, which
+# wander by 1 m/s in a second. A reading can be anywhere in a span of 100 m/s, and the log has three
+# decimals: a GPS that is frozen repeats them. Half or twice these numbers serve as well.
+"""
+
 CONFIG_TAIL = """
 [output]
 rate = 5.0           # Hz
-risk = 1e-11         # that the true speed lies outside the interval
-false_alarm = 0.01   # that any row of a healthy run is flagged
+risk = 1e-11         # that the true speed lies outside the limits, per estimate
+false_alarm = 0.01   # that any row of a healthy run is flagged, by the linear filter
 
 [reference]
 file = "truth.csv"
@@ -389,16 +397,26 @@ time = "time_s"
 value = "speed_mps"
 """
 
+OUTAGE = 'mode = "outage", span = 100.0, rate = 0.01, duration = 1.0'
+DRIFTING = 'mode = "drifting", sigma = 10.0, walk = 1.0, rate = 0.01, duration = 5.0'
+FROZEN = 'mode = "frozen", resolution = 0.001, span = 100.0, rate = 0.01, duration = 30.0'
+MODES = {
+    "wheel": (OUTAGE, DRIFTING),
+    "radar": (OUTAGE, DRIFTING),
+    "gps": (OUTAGE, FROZEN, DRIFTING),
+}
+
 
 def config_text() -> str:
-    """Describe the sensors as they were simulated."""
+    """Describe the sensors as they were simulated, and what can be wrong with them."""
     tables = []
     for sensor in SENSORS:
         lines = ["", "[[sensor]]", f'name = "{sensor.name}"', f"sigma = {sensor.sigma_mps}"]
         if sensor.latency_s > 0.0:
             lines.append(f"latency = {sensor.latency_s}")
+        lines += ["faults = [", *(f"  {{ {mode} }}," for mode in MODES[sensor.name]), "]"]
         tables.append("\n".join(lines) + "\n")
-    return CONFIG_HEAD + "".join(tables) + CONFIG_TAIL
+    return CONFIG_HEAD + CONFIG_FAULTS + "".join(tables) + CONFIG_TAIL
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

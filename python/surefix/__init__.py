@@ -14,32 +14,51 @@ from surefix.core.models import (
     Model,
 )
 from surefix.core.sensor import Sensor
-from surefix.desync.composite_step import CompositeStep, StepUpdate
-from surefix.desync.filter import DesyncFilter, Estimate, Status
+from surefix.desync.composite_step import CompositeStep
+from surefix.desync.estimate import Estimate
+from surefix.desync.filter import DesyncFilter, Status
 from surefix.desync.result import Result
+from surefix.desync.step_update import StepUpdate
 from surefix.errors import ConfigError, NumericalError, ShapeError, SurefixError
-from surefix.log import Log, read_log
+from surefix.log import Log
+from surefix.reading.log import read_log
+from surefix.robust.filter import RobustFilter
+from surefix.robust.limits import alert_limits, risk_per_estimate
+from surefix.robust.modes import Drifting, Frozen, Interrupted, Noisy, Outage
+from surefix.robust.prior import CommonFault
+from surefix.robust.result import RobustEstimate, RobustResult
 
 __all__ = [
+    "CommonFault",
     "CompositeStep",
     "ConfigError",
     "ConstantAcceleration",
     "ConstantVelocity",
     "DesyncFilter",
     "DiscreteModel",
+    "Drifting",
     "Estimate",
+    "Frozen",
+    "Interrupted",
     "LinearModel",
     "Log",
     "Model",
+    "Noisy",
     "NumericalError",
+    "Outage",
     "Result",
+    "RobustEstimate",
+    "RobustFilter",
+    "RobustResult",
     "Sensor",
     "ShapeError",
     "Status",
     "StepUpdate",
     "SurefixError",
     "__version__",
+    "alert_limits",
     "chi_squared_p_value",
     "read_log",
+    "risk_per_estimate",
     "two_sided_quantile",
 ]

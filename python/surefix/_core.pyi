@@ -108,3 +108,54 @@ class CompositeEngine:
         u: npt.ArrayLike,
         sequential: bool,
     ) -> dict[str, Any]: ...
+
+MAX_MODES: int
+MAX_HYPOTHESES: int
+LARGEST_VALUE: float
+
+def alert_limits(
+    weight: npt.ArrayLike, mean: npt.ArrayLike, sigma: npt.ArrayLike, risk: float, sides: int
+) -> tuple[float, float]: ...
+def per_estimate(risk: float, exposures: float) -> float: ...
+
+class RobustEngine:
+    def __init__(
+        self,
+        system: System,
+        x: npt.ArrayLike,
+        P: npt.ArrayLike,
+        modes: Sequence[Sequence[tuple[float, ...]]],
+        max_faults: int,
+        prior: int,
+        joint_rates: Sequence[float],
+        carry: int,
+        components: int,
+        cut: float,
+        memory: float,
+        direction: Sequence[float],
+        risk: float,
+        sides: int,
+        tree: int,
+        start: int | None,
+        capacity: int,
+    ) -> None: ...
+    def push(self, stamp: int, sensor: int, value: float, id: int) -> int: ...
+    def estimate(self, time: int) -> dict[str, Any]: ...
+    @property
+    def counters(self) -> tuple[int, ...]: ...
+    @property
+    def log_likelihood(self) -> float: ...
+    @property
+    def waiting(self) -> int: ...
+    def hypotheses(self) -> dict[str, Any]: ...
+    def run(
+        self,
+        stamp: _Times,
+        sensor: npt.NDArray[np.int32],
+        value: _Floats,
+        times: _Times | None,
+        delay: int | None,
+        per_measurement: bool,
+    ) -> dict[str, Any]: ...
+    def save(self) -> dict[str, Any]: ...
+    def restore(self, saved: dict[str, Any]) -> str: ...

@@ -1,12 +1,13 @@
 """Configuration files: a TOML file that says which model, sensors and outputs a run has.
 
-Tables: ``[model]``, ``[initial]``, ``[[sensor]]``, and optionally ``[log]``, ``[output]`` and
-``[reference]``. Every key that is not known, is missing or has the wrong type is a ConfigError
-that names the file and the key.
+Tables: ``[model]``, ``[initial]``, ``[[sensor]]``, and optionally ``[robust]``, ``[[common]]``,
+``[log]``, ``[output]`` and ``[reference]``. Every key that is not known, is missing or has the
+wrong type is a ConfigError that names the file and the key.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from surefix import toml_table as toml
+from surefix.config_faults import Robust, read_common, read_robust, read_sensor
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.core.models import (
@@ -25,8 +27,15 @@ from surefix.core.models import (
 )
 from surefix.core.sensor import Sensor
 from surefix.desync.filter import DesyncFilter
+from surefix.desync.result import Result
 from surefix.errors import ConfigError, SurefixError
-from surefix.log import Log, Progress, read_log
+from surefix.log import Log
+from surefix.reading.columns import Progress
+from surefix.reading.log import read_log
+from surefix.reading.reference import Reference
+from surefix.robust.filter import RobustFilter
+from surefix.robust.prior import CommonFault
+from surefix.robust.result import RobustResult
 from surefix.toml_table import Kind, Table
 
 
@@ -43,28 +52,14 @@ class LogColumns:
 @dataclass(frozen=True)
 class Output:
     """What a run gives: ``rate`` [Hz], None for an estimate at every measurement; ``risk`` per
-    estimate; ``false_alarm`` per run; ``noise``: 'step' or 'journey'; ``delay`` [s]."""
+    estimate; ``delay`` [s]; of the linear filter ``false_alarm`` per run, and ``noise``: 'step' or
+    'journey'."""
 
     rate: float | None = None
     risk: float = 1e-11
     false_alarm: float = 0.01
     noise: str = "step"
     delay: float | None = None
-
-
-@dataclass(frozen=True)
-class Reference:
-    """The true output over time, in a file beside the log: names of the file and its columns."""
-
-    file: str
-    time: str = "time_s"
-    value: str = "value"
-
-    def read(self, folder: Path) -> tuple[FloatArray, FloatArray]:
-        """Time [s] and value, each (R,), in order of time."""
-        columns = {"reference": self.value}
-        log = read_log(folder / self.file, time=self.time, columns=columns)
-        return log.time, log.value
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,13 +76,32 @@ class Config:
     log: LogColumns = field(default_factory=LogColumns)
     output: Output = field(default_factory=Output)
     reference: Reference | None = None
+    robust: Robust = field(default_factory=Robust)
+    common: tuple[CommonFault, ...] = ()
 
-    def make_filter(self) -> DesyncFilter:
-        """The filter that this configuration describes."""
+    def make_filter(self) -> DesyncFilter | RobustFilter:
+        """The filter that this configuration describes: robust if a sensor has faults."""
+        if any(sensor.faults for sensor in self.sensors):
+            return RobustFilter(
+                self.model, self.sensors, self.state, self.covariance, start=self.start,
+                risk=self.output.risk, common=self.common, **self.robust.arguments(),
+            )  # fmt: skip
         return DesyncFilter(
             self.model, self.sensors, self.state, self.covariance,
             start=self.start, risk=self.output.risk,
         )  # fmt: skip
+
+    def without_faults(self) -> Config:
+        """The same for the linear filter, to which all sensors are healthy."""
+        healthy = tuple(dataclasses.replace(sensor, faults=()) for sensor in self.sensors)
+        return dataclasses.replace(self, sensors=healthy, robust=Robust(), common=())
+
+    def run(self, log: Log) -> Result | RobustResult:
+        """Filters a log with ``make_filter`` and gives the output that is asked for."""
+        engine, output = self.make_filter(), self.output
+        if isinstance(engine, RobustFilter):
+            return engine.run(log, rate=output.rate, delay=output.delay)
+        return engine.run(log, rate=output.rate, delay=output.delay, noise=output.noise)
 
     def read_log(self, path: str | Path, progress: Progress | None = None) -> Log:
         """Reads a log with this configuration's column names."""
@@ -103,13 +117,12 @@ def load_config(path: str | Path) -> Config:
     path = Path(path)
     data = toml.parse(path)
     top = Table(path, "", data)
-    wanted = {"model": toml.table, "initial": toml.table, "sensor": toml.tables}
-    tables = top.read(wanted, {"log": toml.table, "output": toml.table, "reference": toml.table})
+    tables = top.read(_TABLES, _TABLES_OPTIONS)
     model = _model(Table(path, "[model]", tables["model"]))
-    sensors = []
-    for i, entry in enumerate(tables["sensor"], start=1):
-        table = Table(path, f"[[sensor]] {i}", entry)
-        sensors.append(table.make(Sensor, _SENSOR, _SENSOR_OPTIONS))
+    sensors = [
+        read_sensor(Table(path, f"[[sensor]] {i}", entry))
+        for i, entry in enumerate(tables["sensor"], start=1)
+    ]
     state, covariance, start = _initial(Table(path, "[initial]", tables["initial"]), model)
     log = Table(path, "[log]", tables.get("log", {}))
     output = Table(path, "[output]", tables.get("output", {}))
@@ -121,9 +134,18 @@ def load_config(path: str | Path) -> Config:
             {"file": toml.text},
             {"time": toml.text, "value": toml.text},
         )
+    for name in ("robust", "common"):
+        if name in tables and not any(sensor.faults for sensor in sensors):
+            raise top.error(f"{name}: expected a sensor with faults")
+    common = [
+        read_common(Table(path, f"[[common]] {i}", entry), sensors)
+        for i, entry in enumerate(tables.get("common", ()), start=1)
+    ]
     config = Config(
         path, model, tuple(sensors), state, covariance, start,
         log=log.make(LogColumns, {}, _LOG), output=_output(output), reference=reference,
+        robust=read_robust(Table(path, "[robust]", tables.get("robust", {}))),
+        common=tuple(common),
     )  # fmt: skip
     try:
         config.make_filter()  # what concerns several tables: equal names, sizes
@@ -133,15 +155,8 @@ def load_config(path: str | Path) -> Config:
 
 
 def _model(table: Table) -> Model:
-    kind = table.data.get("kind")
-    if "kind" not in table.data:
-        raise table.error("missing key 'kind'")
-    if not isinstance(kind, str) or kind not in _MODELS:
-        hint = toml.nearest(str(kind), list(_MODELS))
-        raise table.error(f"kind: expected one of {', '.join(_MODELS)}, got {kind!r}; {hint}")
-    what, required, optional = _MODELS[kind]
-    rest = {key: value for key, value in table.data.items() if key != "kind"}
-    model: Model = Table(table.path, table.where, rest).make(what, required, optional)
+    (what, required, optional), rest = table.choice("kind", _MODELS)
+    model: Model = rest.make(what, required, optional)
     return model
 
 
@@ -191,12 +206,14 @@ def check_output(output: Output) -> None:
         raise ConfigError(f"noise: expected 'step' or 'journey', got {output.noise!r}")
 
 
-_SENSOR: dict[str, Kind] = {"name": toml.text, "sigma": toml.number}
-_SENSOR_OPTIONS: dict[str, Kind] = {
-    **dict.fromkeys(
-        ("scale_sigma", "scale_time", "bias_sigma", "bias_time", "latency"), toml.number
-    ),
-    "observes": toml.numbers,
+_TABLES: dict[str, Kind] = {
+    "model": toml.table,
+    "initial": toml.table,
+    "sensor": toml.tables("each headed [[sensor]]"),
+}
+_TABLES_OPTIONS: dict[str, Kind] = {
+    **dict.fromkeys(("robust", "log", "output", "reference"), toml.table),
+    "common": toml.tables("each headed [[common]]"),
 }
 _STATES: dict[str, Kind] = {"names": toml.texts, "reads": toml.whole}
 _MODELS: dict[str, tuple[Callable[..., Model], dict[str, Kind], dict[str, Kind]]] = {

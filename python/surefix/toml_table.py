@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from surefix.errors import ConfigError, SurefixError
 
@@ -40,6 +40,7 @@ class Wrong(Exception):
 
 
 Kind = Callable[[Any], Any]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,17 @@ class Table:
             except Wrong as wrong:
                 raise self.error(f"{key}: expected {wrong}, got {value!r}") from None
         return values
+
+    def choice(self, key: str, known: Mapping[str, T]) -> tuple[T, Table]:
+        """What the text under ``key`` names among those ``known``, and the table without it."""
+        if key not in self.data:
+            raise self.error(f"missing key {key!r}")
+        name = self.data[key]
+        if not isinstance(name, str) or name not in known:
+            hint = nearest(str(name), list(known))
+            raise self.error(f"{key}: expected one of {', '.join(known)}, got {name!r}; {hint}")
+        rest = {other: value for other, value in self.data.items() if other != key}
+        return known[name], Table(self.path, self.where, rest)
 
     def make(
         self, what: Callable[..., Any], required: Mapping[str, Kind], optional: Mapping[str, Kind]
@@ -129,10 +141,13 @@ def table(value: Any) -> dict[str, Any]:
     return value
 
 
-def tables(value: Any) -> list[dict[str, Any]]:
-    if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-        raise Wrong("tables, each headed [[sensor]]")
-    return value
+def tables(form: str) -> Kind:
+    def read(value: Any) -> list[dict[str, Any]]:
+        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+            raise Wrong(f"tables, {form}")
+        return value
+
+    return read
 
 
 def columns(value: Any) -> dict[str, str]:

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "robust/faults.hpp"
 #include "surefix/desync/any_filter.hpp"
 #include "systems.hpp"
 
@@ -84,7 +85,7 @@ long allocations(Body&& body) {
 }
 
 /// Whatever can happen in a hundred steps: estimates, late and refused measurements.
-template <class F, class System>
+template <class Estimate = StepError, class F, class System>
 bool hundred_steps(F& filter, const System& system, Random& random) {
   bool ok = true;
   Time time = 0;
@@ -99,9 +100,9 @@ bool hundred_steps(F& filter, const System& system, Random& random) {
     ok = ok && filter.push(time + 1, system.sensor_count(), 20.0, 0) == Status::unknown_sensor;
     ok = ok && filter.push(time + 1, 0, std::nan(""), 0) == Status::not_finite;
     time += 400 * millisecond;
-    StepError error;
-    ok = ok && filter.estimate(time, error) == Status::ok;
-    ok = ok && filter.estimate(time - second, error) == Status::time_backwards;
+    Estimate estimate;
+    ok = ok && filter.estimate(time, estimate) == Status::ok;
+    ok = ok && filter.estimate(time - second, estimate) == Status::time_backwards;
   }
   return ok;
 }
@@ -177,6 +178,20 @@ TEST_F(NoHeap, InStepsOfAnyFilterOnceItIsMade) {
     Random random(102);
     bool ok = false;
     EXPECT_EQ(allocations([&] { ok = hundred_steps(*filter, system, random); }), 0);
+    EXPECT_TRUE(ok);
+  }
+}
+
+TEST_F(NoHeap, InStepsOfTheRobustFilter) {
+  using namespace robust;
+  const auto carries = {Carry::Kind::merge, Carry::Kind::cut, Carry::Kind::one_gaussian};
+  for (const Carry::Kind carry : carries) {
+    const SpeedSystem system = speed_system();
+    robust::Filter<robust::test::SpeedFaults, 64> filter(robust::test::speed_setup(carry, 60),
+                                                         broad(system), 0);
+    Random random(103);
+    bool ok = false;
+    EXPECT_EQ(allocations([&] { ok = hundred_steps<RobustEstimate>(filter, system, random); }), 0);
     EXPECT_TRUE(ok);
   }
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import io
 import json
 import subprocess
 import sys
@@ -20,10 +21,11 @@ pytest.importorskip("typer")
 pytest.importorskip("rich")
 pytest.importorskip("matplotlib")
 
+from rich.console import Console
 from typer.testing import CliRunner
 
 from surefix import tables
-from surefix.cli import main
+from surefix.cli import main, report
 from surefix.cli.app import app
 
 CONFIG = """
@@ -136,7 +138,7 @@ def test_summary_from_the_files_alone(healthy: Path) -> None:
     assert summary["sensors"]["radar"]["rate_hz"] == pytest.approx(400 / (799 * 0.05))
     assert summary["mean_sigma"] == pytest.approx(sigma.mean())
     assert summary["flagged"] == 0
-    K = -NormalDist().inv_cdf(0.01 / 800 / 2)
+    K = -NormalDist().inv_cdf(0.01 / 800 / 2)  # as ``Result.flagged``
     assert summary["flagged_beyond"] == pytest.approx(K, rel=1e-9)
     p_value = column(estimates, "p_value")
     assert summary["steps"] == {
@@ -223,16 +225,107 @@ def test_other_formats(healthy: Path, ending: str) -> None:
     assert found["log_likelihood"] == expected["log_likelihood"]
 
 
-def test_no_row_can_be_used(healthy: Path) -> None:
+@pytest.mark.parametrize("options", [(), ("--rate", "5")], ids=["no rate", "rate"])
+@pytest.mark.parametrize("rows", ["nan,wheel,1\n1,x,1\n", "-5,wheel,1\n-6,radar,1\n"])
+def test_no_row_can_be_used(healthy: Path, options: tuple[str, ...], rows: str) -> None:
     edit(healthy, "rate = 5.0", "", "config.toml")
-    (healthy / "log.csv").write_text("time_s,sensor,value\nnan,wheel,1\n1,x,1\n", encoding="utf-8")
-    done = run(healthy)
+    edit(healthy, "sigma = [1.0, 0.1]", "sigma = [1.0, 0.1]\ntime = 0.0", "config.toml")
+    (healthy / "log.csv").write_text("time_s,sensor,value\n" + rows, encoding="utf-8")
+    done = run(healthy, *options)
+    assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (1, "", 1)
+    assert "no row" in done.stderr
+    assert not (healthy / "out").exists()
+
+
+@pytest.mark.usefixtures("no_figure")
+def test_configured_sensor_without_rows(healthy: Path) -> None:
+    gps = '[[sensor]]\nname = "gps"\nsigma = 1.0\n[output]'
+    edit(healthy, "[output]", gps, "config.toml")
+    summary = json.loads(run(healthy, "--json").stdout)
+    assert list(summary["sensors"]) == ["wheel", "radar", "gps"]
+    assert summary["sensors"]["gps"] == {
+        "rows": 0, "used": 0, "rate_hz": 0.0, "rms_normalised_noise": None, "flagged": 0,
+    }  # fmt: skip
+    screen = io.StringIO()
+    console = Console(file=screen, force_terminal=True, color_system="standard")
+    report.print_sensors(console, summary)
+    assert "\x1b[33mgps" in screen.getvalue()
+    assert "\x1b[33mwheel" not in screen.getvalue()
+
+
+@pytest.mark.usefixtures("no_figure")
+def test_names_and_paths_are_no_markup(healthy: Path) -> None:
+    """[m/s] is no tag, and [/] closes none."""
+    text = (healthy / "log.csv").read_text(encoding="utf-8")
+    (healthy / "a[").mkdir()
+    log = text.replace("wheel", "speed[m/s]").replace("radar", "[/]") + "9,speed[bold],1\n"
+    (healthy / "a[/].csv").write_text(log, encoding="utf-8")
+    edit(healthy, "wheel", "speed[m/s]", "config.toml")
+    edit(healthy, "radar", "[/]", "config.toml")
+    edit(healthy, "truth.csv", "../truth.csv", "config.toml")
+    done = invoke(
+        "run", healthy / "a[/].csv", "--config", healthy / "config.toml", "--out", healthy / "o[/]"
+    )
     assert done.exit_code == 0, done.output
-    assert "sensor not in the configuration" in done.stdout
-    assert read(healthy / "out" / "estimates.csv") == []
-    assert len(read(healthy / "out" / "events.csv")) == 2
-    done = run(healthy, "--rate", "5")
-    assert (done.exit_code, done.stderr.count("\n")) == (1, 1)
+    assert "a[/].csv, 40 s, ConstantAcceleration\n" in done.stdout
+    for name in ("speed[m/s] ", "[/] ", "speed[bold] "):
+        assert f"\n{name}" in done.stdout
+    assert done.stdout.endswith("o[/]\n")
+
+
+def test_other_commands_print_paths_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("surefix.cli.info.facts", lambda: {"package": "/x[/]/[m/s]"})
+    assert "/x[/]/[m/s]" in invoke("info").stdout
+    monkeypatch.setattr("surefix.cli.study.run_study", lambda *_: {"report": ["a [m/s]"]})
+    done = invoke("study", "bilenne-table-2", "--out", tmp_path / "s[/]")
+    assert "a [m/s]" in done.stdout
+    assert "s[/]" in done.stdout
+    done = invoke("study", "[/]")
+    assert (done.exit_code, "'[/]'" in done.stderr) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("log.csv", "estimates.csv"),
+        ("config.toml", "summary.json"),
+        ("truth.csv", "events.csv"),
+        ("log.csv", "plot.png"),
+    ],
+)
+def test_inputs_are_not_overwritten(healthy: Path, name: str, place: str) -> None:
+    """Whatever they are called, and also where the folder is a link to theirs."""
+    (healthy / "out").mkdir()
+    (healthy / "link").symlink_to(healthy / "out")
+    moved = (healthy / name).rename(healthy / "out" / place)
+    if name == "truth.csv":
+        edit(healthy, name, f"out/{place}", "config.toml")
+    content = moved.read_bytes()
+    files = [moved if name == wanted else healthy / wanted for wanted in ("log.csv", "config.toml")]
+    for out in ("out", "link"):
+        done = invoke("run", files[0], "--config", files[1], "--out", healthy / out)
+        assert (done.exit_code, done.stderr.count("\n")) == (1, 1)
+        assert place in done.stderr
+        assert [path.name for path in (healthy / "out").iterdir()] == [place]
+        assert moved.read_bytes() == content
+
+
+def test_out_of_memory(healthy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run_out(*_: Any, **__: Any) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("surefix.desync.filter.DesyncFilter.run", run_out)
+    done = run(healthy)
+    assert (done.exit_code, done.stderr) == (1, "error: out of memory\n")
+
+
+@pytest.mark.usefixtures("no_figure")
+def test_head_line_is_short(healthy: Path) -> None:
+    model = 'kind = "linear"\nA = [[0, 1], [0, 0]]\nL = [[0], [1]]\nQc = [[0.01]]'
+    edit(healthy, 'kind = "constant-acceleration"\njerk = 0.08', model, "config.toml")
+    assert run(healthy).stdout.splitlines()[0].endswith("log.csv, 40 s, LinearModel")
 
 
 def test_without_matplotlib(healthy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -285,12 +378,13 @@ def test_truncated_gzip(healthy: Path) -> None:
 
 
 def test_demo(tmp_path: Path) -> None:
-    out = tmp_path / "demo"
-    done = invoke("demo", "--out", out)
+    out = tmp_path / "demo[/]"  # is no markup
+    done = invoke("demo", "--linear", "--out", out)
     assert done.exit_code == 0, done.output
     for text in ("wheel", "radar", "gps", "no fault", "gps frozen", "single outliers"):
         assert text in done.stdout
     assert max(map(len, done.stdout.splitlines()[:-2])) <= 80
+    assert str(out) in done.stdout
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["rows"] == summary["counts"]["ok"] == 25093
     assert summary["reference"]["rms_error"] < 1.3
@@ -303,8 +397,8 @@ def test_demo(tmp_path: Path) -> None:
     assert 0.02 < parts["no_fault"][0.1] < 0.1
     assert parts["during_a_fault"][1e-11] > 0.5
     injected = summary["injected"]
-    assert injected["outliers"] == {"injected": 12, "flagged": 12}
-    assert injected["flagged_elsewhere"] == 0
+    assert injected["outliers"] == {"injected": 12, "found": 12}
+    assert injected["found_elsewhere"] == 0
     assert [fault["kind"] for fault in injected["periods"]] == [
         "frozen",
         "slip",
@@ -315,6 +409,15 @@ def test_demo(tmp_path: Path) -> None:
         assert (out / f"{name}.png").stat().st_size > 50_000
     events = read(out / "events.csv")
     assert len(events) == summary["flagged"]
+
+
+@pytest.mark.usefixtures("no_figure")
+def test_demo_as_json(tmp_path: Path) -> None:
+    done = invoke("demo", "--linear", "--json", "--out", tmp_path)
+    assert done.exit_code == 0
+    summary = json.loads(done.stdout)
+    assert summary == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert summary["flagged"] > 0
 
 
 def test_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

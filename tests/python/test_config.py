@@ -11,7 +11,9 @@ import pytest
 
 import surefix as sf
 from surefix import config as module
+from surefix import config_faults as faults
 from surefix.config import Config, load_config
+from surefix.reading.reference import Reference
 
 DEMO = Path(sf.__file__).parent / "data" / "demo"
 
@@ -51,7 +53,7 @@ def test_demo() -> None:
     assert config.sensors[2].latency == 0.15
     np.testing.assert_array_equal(config.covariance, np.diag([1.0, 0.1**2]))
     assert config.output == module.Output(rate=5.0, risk=1e-11, false_alarm=0.01)
-    assert config.reference == module.Reference("truth.csv", "time_s", "speed_mps")
+    assert config.reference == Reference("truth.csv", "time_s", "speed_mps")
     engine = config.make_filter()
     assert engine.risk == 1e-11
     assert engine.start is None
@@ -131,7 +133,7 @@ def test_general_models(tmp_path: Path, model: str, kind: type) -> None:
 
 
 def test_sensor_keys_are_the_fields_of_sensor() -> None:
-    known = {**module._SENSOR, **module._SENSOR_OPTIONS}
+    known = {**faults._SENSOR, **faults._SENSOR_OPTIONS}
     assert set(known) == {field.name for field in dataclasses.fields(sf.Sensor)}
 
 
@@ -184,3 +186,28 @@ def test_missing_and_unreadable_files(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(sf.ConfigError, match=r"bad\.toml: not a UTF-8 text"):
         load_config(tmp_path / "bad.toml")
+
+
+REFERENCES = {
+    "NaN": ("1,2\n2,nan\n", r"row 2, column 'value': expected a finite number, got nan"),
+    "infinite": ("1,2\n2,3\n3,-inf\n", r"row 3, column 'value': expected a finite .*got -inf"),
+    "no time": ("nan,2\n2,3\n", r"row 1, column 'time_s': expected a finite number, got nan"),
+    "empty time": ("1,2\n,3\n", r"row 2, column 'time_s': expected a finite number, got nan"),
+    "unsorted": ("1,2\n3,3\n2,4\n", r"row 3, column 'time_s': expected times in order, got 2\.0"),
+    "empty cells": ("1,\n2,\n", "column 'value': expected numbers, got empty cells"),
+    "no rows": ("", "column 'value': expected numbers, got empty cells"),
+}
+
+
+@pytest.mark.parametrize(("rows", "message"), REFERENCES.values(), ids=REFERENCES.keys())
+def test_references_that_are_no_truth(tmp_path: Path, rows: str, message: str) -> None:
+    (tmp_path / "truth.csv").write_text("time_s,value\n" + rows, encoding="utf-8")
+    with pytest.raises(sf.ConfigError, match=rf"truth\.csv, {message}"):
+        Reference("truth.csv").read(tmp_path)
+
+
+def test_reference_leaves_out_empty_cells(tmp_path: Path) -> None:
+    text = "time_s,value,other\n1,2,x\n2,,y\n2,3,\n2,4,\n"
+    (tmp_path / "truth.csv").write_text(text, encoding="utf-8")
+    time, value = Reference("truth.csv").read(tmp_path)
+    assert (time.tolist(), value.tolist()) == ([1, 2, 2], [2, 3, 4])

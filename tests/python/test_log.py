@@ -108,6 +108,16 @@ BAD: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         sf.ShapeError,
         r"log, time: expected shape \(any,\), got \(1, 1\)",
     ),
+    "time of several lengths": (
+        lambda: sf.Log([[0.1], [0.1, 0.2]], ["a"], [1.0]),
+        sf.ConfigError,
+        r"log, time: expected numbers, got \[\[0\.1\], \[0\.1, 0\.2\]\]",
+    ),
+    "timestamps a matrix": (
+        lambda: sf.Log(np.array([["NaT"]], "M8[ns]"), ["a"], [1.0]),
+        sf.ShapeError,
+        r"log, time: expected shape \(any,\), got \(1, 1\)",
+    ),
     "value of text": (
         lambda: sf.Log([0.1], ["a"], ["fast"]),
         sf.ConfigError,
@@ -183,6 +193,7 @@ def test_wide_table_becomes_one_sensor_a_column(tmp_path: Path) -> None:
         (0.1, "wheel", 20.1),
         (0.2, "wheel", 20.2),
         (0.2, "radar", 19.9),
+        (0.3, "wheel", np.nan),  # a reading, if one that cannot be used
         (0.3, "radar", 19.8),
     ]
     assert_rows(log, expected)
@@ -212,6 +223,22 @@ MALFORMED = {
     ),
     "no column": ("time_s,sensor\n0.1,wheel\n", r"log\.csv, line 1: no column 'value'; it has"),
     "semicolons": (TEXT.replace(",", ";"), r"log\.csv, line 1: no column 'time_s'"),
+    "underscores": (
+        TEXT + "0.5,wheel,1_000\n",
+        r"log\.csv, line 6, column 'value': expected a number, got '1_000'",
+    ),
+    "no sensor": (
+        TEXT + "0.5, ,1.0\n",
+        r"log\.csv, line 6, column 'sensor': expected a name, got ' '",
+    ),
+    "NUL in a name": (
+        TEXT + "0.5,wh\0eel,1.0\n",
+        r"log\.csv, line 6, column 'sensor': expected a name, got 'wh\\x00eel'",
+    ),
+    "NUL in a number": (
+        TEXT + "0.5,wheel,1\0\n",
+        r"log\.csv, line 6, column 'value': expected a number, got '1\\x00'",
+    ),
     "no header": ("0.1,wheel,20.0\n", r"log\.csv, line 1: no column 'time_s'"),
     "header alone": ("time_s,sensor,value\n", r"log\.csv: .*got an empty log"),
     "nothing": ("", r"log\.csv: expected a header line, got an empty file"),
@@ -290,6 +317,88 @@ def test_missing_cells_of_parquet(tmp_path: Path) -> None:
     wide = pa.table({"time_s": [0.1, 0.2], "left": [20.0, None]})
     parquet.write_table(wide, path)
     assert_rows(sf.read_log(path, columns={"wheel": "left"}), [(0.1, "wheel", 20.0)])
+
+
+def parquet_of(folder: Path, **columns: object) -> Path:
+    pa = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = folder / "log.parquet"
+    parquet.write_table(pa.table(columns), path)
+    return path
+
+
+def test_wide_parquet_keeps_NaN_and_leaves_out_what_is_missing(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    path = parquet_of(tmp_path, time_s=[0.1, 0.2, 0.3], left=[20.0, None, np.nan], note=["a"] * 3)
+    log = sf.read_log(path, columns={"wheel": "left"})
+    assert_rows(log, [(0.1, "wheel", 20.0), (0.3, "wheel", np.nan)])
+
+
+TIMES = ["2024-05-01T00:00:00.123456789", "2024-05-01T00:00:00.123456790", "NaT"]
+STAMPS = [1714521600123456789, 1714521600123456790, np.iinfo(np.int64).min]
+
+
+@pytest.mark.parametrize(("unit", "step"), [("ns", 1), ("us", 1000), ("s", 10**9)])
+def test_timestamps_of_parquet_are_kept_to_the_nanosecond(
+    tmp_path: Path, unit: str, step: int
+) -> None:
+    time = np.array(TIMES, dtype=f"M8[{unit}]")
+    path = parquet_of(tmp_path, time_s=time, sensor=["wheel"] * 3, value=[20.0] * 3, left=[1.0] * 3)
+    expected = [stamp // step * step for stamp in STAMPS[:2]]
+    for log in (sf.read_log(path), sf.read_log(path, columns={"wheel": "left"})):
+        assert log.stamp.tolist() == [*expected, STAMPS[2]]
+        assert log.time[:2].tolist() == [stamp / 1e9 for stamp in expected]
+        assert np.isnan(log.time[2])
+
+
+def test_timestamps_of_arrays() -> None:
+    log = sf.Log(np.array(TIMES, dtype="M8[ns]"), ["w"] * 3, [1.0] * 3)
+    assert log.stamp.tolist() == STAMPS
+    since = sf.Log(np.array([1500, -1, 2**62], dtype="m8[ms]"), ["w"] * 3, [1.0] * 3)
+    assert since.stamp.tolist() == [1_500_000_000, -1_000_000, STAMPS[2]]
+    assert since.time[:2].tolist() == [1.5, -0.001]
+
+
+GOOD_COLUMNS: dict[str, list[object]] = {
+    "time_s": [0.1, 0.2], "sensor": ["a", "b"], "value": [1.0, 2.0],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "columns", "message"),
+    [
+        ({"value": ["fast", "slow"]}, None, "column 'value': expected numbers, got string"),
+        ({"value": ["fast", "slow"]}, {"w": "value"}, "column 'value': expected numbers, got str"),
+        ({"value": [True, False]}, None, "column 'value': expected numbers, got bool"),
+        ({"value": [[1.0], [2.0]]}, None, "column 'value': expected numbers, got list"),
+        ({"value": np.array([1, 2], "M8[ns]")}, None, "column 'value': expected numbers, got time"),
+        ({"time_s": ["now", "then"]}, None, "column 'time_s': expected seconds or timestamps, got"),
+        ({"sensor": [1, 2]}, None, "column 'sensor': expected names, got int64"),
+        ({"sensor": ["a", None]}, None, "row 2, column 'sensor': expected a name, got None"),
+        ({"sensor": ["", "a"]}, None, "row 1, column 'sensor': expected a name, got ''"),
+    ],
+)
+def test_columns_of_parquet_that_are_not_what_they_should(
+    tmp_path: Path, changed: dict[str, object], columns: dict[str, str] | None, message: str
+) -> None:
+    path = parquet_of(tmp_path, **{**GOOD_COLUMNS, **changed})
+    with pytest.raises(sf.ConfigError, match=rf"log\.parquet, {message}"):
+        sf.read_log(path, columns=columns)
+
+
+def test_whole_numbers_of_parquet(tmp_path: Path) -> None:
+    path = parquet_of(tmp_path, **{**GOOD_COLUMNS, "value": [2**53 + 1, 3], "time_s": [1, 2]})
+    assert_rows(sf.read_log(path), [(1.0, "a", 2.0**53), (2.0, "b", 3.0)])
+
+
+def test_columns_of_a_log_are_copied_and_read_only() -> None:
+    time, value = np.array([0.1, 0.2]), np.array([20.0, 21.0])
+    log = sf.Log(time, ["wheel", "wheel"], value)
+    time[:], value[:] = 99.0, 99.0
+    assert_rows(log, [(0.1, "wheel", 20.0), (0.2, "wheel", 21.0)])
+    for column in (log.time, log.value, log.stamp, log.code, log.codes_for(["wheel"])):
+        with pytest.raises(ValueError, match="read-only"):
+            column[0] = 0
 
 
 # Recordings.

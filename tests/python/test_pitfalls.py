@@ -178,10 +178,13 @@ def test_log_likelihood_is_wrong_only_when_observations_are_vectors(way: str) ->
 
 
 def test_innovation_variance_of_zero_gives_a_silent_NaN() -> None:
-    """A state that is known, and a sensor so sharp that its variance underflows: answered."""
-    sharp = sf.Sensor("w", 1e-170)
+    """A state that is known, and a sensor so sharp that its variance underflows: refused. The
+    sharpest that there is: answered."""
+    with pytest.raises(sf.ConfigError, match=r"'w', sigma: expected .*got 1e-170"):
+        sf.Sensor("w", 1e-170)
+    sharp = sf.Sensor("w", 1e-150)
     filter = sf.DesyncFilter(sf.ConstantVelocity(0.0), [sharp], [1.0], [[0.0]], start=0.0)
-    result = filter.run(sf.Log([0.5, 0.6], ["w", "w"], [1.0, 2.0]), times=[1.0])
+    result = filter.run(sf.Log([0.5, 0.6], ["w", "w"], [1e9, 2e9]), times=[1.0])
     assert result.counts == {"numerical": 2}
     assert result.x.tolist() == [[1.0]]
     assert result.P.tolist() == [[[0.0]]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -90,6 +91,14 @@ def test_far_outlier_is_a_triangle_at_the_edge() -> None:
     np.testing.assert_allclose(np.asarray(marks.get_ydata(), float), main.get_ylim()[1])
 
 
+def test_names_are_no_formulas() -> None:
+    """Of sensors, files and events: "$^$" would be one that does not parse."""
+    log = sf.Log([0.0, 0.1], ["$^$", "$^$"], [1.0, 1.1])
+    model = sf.LinearModel([[0.0]], [[1.0]], [[1.0]], names=("$^$",))
+    result = sf.DesyncFilter(model, [sf.Sensor("$^$", 1.0)], [1.0], [[1.0]]).run(log)
+    pixels(plot_result(result, title="$^$", events=[Event(0.0, 0.1, "$^$")]))
+
+
 def test_legend_covers_no_data() -> None:
     figure = plot_result(make_result(), title="A title")
     pixels(figure)
@@ -149,6 +158,25 @@ def test_result_plot_and_saving(tmp_path: Path) -> None:
     assert figure.axes[0].get_ylabel() == "v (km/h)"
     figure.savefig(tmp_path / "plot.pdf")
     assert (tmp_path / "plot.pdf").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [([0, 1], [1]), ([0, 1], [1, np.nan]), ([[0, 1]], [[0, 1]]), ([], []), ([1, 0], [1, 2]), 5],
+    ids=["lengths", "NaN", "matrix", "empty", "unsorted", "number"],
+)
+def test_reference_that_does_not_fit(reference: Any) -> None:
+    with pytest.raises((sf.ShapeError, sf.ConfigError), match="reference"):
+        make_result().plot(reference=reference)
+
+
+def test_line_beyond_which_noise_is_flagged() -> None:
+    """As ``flagged`` decides, also where the rate per row is below 1e-15."""
+    result = make_result()
+    noise = plot_result(result, false_alarm=1e-15).axes[1]
+    levels = [line.get_ydata() for line in lines(noise, "_") if line.get_linestyle() == "--"]
+    beyond = result.flagged_beyond(1e-15)
+    assert [float(np.asarray(level)[0]) for level in levels] == [-beyond, beyond]
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 11, 12, 13, 21, 112])

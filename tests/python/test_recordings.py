@@ -89,8 +89,8 @@ def run(find: Find, name: str, config: Config, *, without_errors_above: float | 
         kept = row_error <= without_errors_above
         log = sf.Log(log.time[kept], log.sensor[kept], log.value[kept])
         row_error = row_error[kept]
-    output = config.output
-    result = config.make_filter().run(log, rate=output.rate, noise=output.noise)
+    result = config.run(log)
+    assert isinstance(result, sf.Result)
     compared = (result.time >= time[0] + WARM_UP) & (result.time <= time[-1])
     truth = np.interp(result.time, time, value)
     return Run(result, truth, compared, row_error)

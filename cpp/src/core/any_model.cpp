@@ -25,6 +25,10 @@ Status dense(const AnyModel::Discrete& model, Time elapsed, AnyModel::Transition
 
 }  // namespace
 
+ConfigStatus AnyModel::check() const noexcept {
+  return std::visit([](const auto& model) { return model.check(); }, model_);
+}
+
 int AnyModel::state_size() const noexcept {
   return std::visit([](const auto& model) { return model.state_size(); }, model_);
 }

@@ -1,5 +1,7 @@
 #include "surefix/desync/any_filter.hpp"
 
+#include <algorithm>
+
 #include "surefix/core/carry_over.hpp"
 
 namespace surefix::desync {
@@ -37,9 +39,12 @@ class FilterOf final : public AnyFilter {
     SavedFilter saved = save();
     saved.belief = carry_over(settings_.system, saved.belief, system, old);
     std::vector<Measurement> kept;
-    for (const Measurement& m : saved.waiting)
-      for (int s = 0; s < system.sensor_count(); ++s)
-        if (old(s) == m.sensor) kept.push_back({m.valid, m.value, m.id, s});
+    for (const Measurement& m : saved.waiting) {
+      const auto found = std::find(old_index.begin(), old_index.end(), m.sensor);
+      const auto s = static_cast<std::int32_t>(found - old_index.begin());
+      if (found != old_index.end()) kept.push_back({m.valid, m.value, m.id, s});
+      if (found == old_index.end()) saved.counters.move(Status::ok, Status::unknown_sensor);
+    }
     saved.waiting = kept;
     auto next = make(system, settings_.initial, settings_.start, settings_.capacity);
     (void)next->restore(saved);  // fits: the capacity is the same

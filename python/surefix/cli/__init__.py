@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line (by default with the process's arguments) and returns its exit code:
-    0, 1 for an error, 2 for wrong usage, 3 if it ran and something was flagged."""
+    0, 1 for an error, 2 for wrong usage, 3 if it ran and something did not fit."""
     try:
         import rich  # noqa: F401
         import typer  # noqa: F401

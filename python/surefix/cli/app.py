@@ -14,8 +14,8 @@ from surefix.cli.study import study
 
 app = typer.Typer(
     name="surefix",
-    help="Fuses sensors that report at different times; flags what does not fit.",
-    epilog="Exit codes: 0 done, 1 error, 2 wrong usage, 3 done and something was flagged.",
+    help="Fuses sensors that report at different times; finds what does not fit.",
+    epilog="Exit codes: 0 done, 1 error, 2 wrong usage, 3 done and something did not fit.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

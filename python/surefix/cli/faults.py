@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from surefix.cli.summary import compare
+from surefix.cli.summary import AnyResult, compare
 from surefix.core.checks import FloatArray
-from surefix.desync.result import Result
+from surefix.log import Log
 
 RECOVERY = 5.0
 """Seconds after a fault in which the filter still suffers from it."""
@@ -39,7 +39,7 @@ def read_faults(path: Path) -> list[Fault]:
 
 
 def split_by_faults(
-    result: Result,
+    result: AnyResult,
     truth: tuple[FloatArray, FloatArray],
     faults: list[Fault],
     latency: Mapping[str, float],
@@ -60,30 +60,28 @@ def split_by_faults(
     return {name: compare(result, truth, mask) for name, mask in parts.items()}
 
 
-def found_faults(result: Result, faults: list[Fault], false_alarm: float) -> dict[str, Any]:
-    """What was flagged of every fault, and what else was."""
-    log = result.log
-    flagged = result.flagged(false_alarm)
+def found_faults(log: Log, found: npt.NDArray[np.bool_], faults: list[Fault]) -> dict[str, Any]:
+    """What was ``found`` (N,) of every fault, and what else was."""
     at_fault = np.zeros(len(log), np.bool_)
     outliers, periods = [], []
     for fault in faults:
         rows = (log.sensor == fault.sensor) & _inside(log.time, fault, 0.0)
         at_fault |= rows
-        hits = log.time[rows & flagged]
+        hits = log.time[rows & found]
         if fault.end <= fault.start:
             outliers.append(len(hits) > 0)
             continue
         periods.append({
             "sensor": fault.sensor, "kind": fault.kind, "start_s": fault.start, "end_s": fault.end,
-            "rows": int(rows.sum()), "flagged": len(hits),
-            "first_flagged_after_s": float(hits.min() - fault.start) if len(hits) else None,
+            "rows": int(rows.sum()), "found": len(hits),
+            "first_found_after_s": float(hits.min() - fault.start) if len(hits) else None,
         })  # fmt: skip
     beside = _within(log.time, faults, RECOVERY)
     return {
-        "outliers": {"injected": len(outliers), "flagged": sum(outliers)},
+        "outliers": {"injected": len(outliers), "found": sum(outliers)},
         "periods": periods,
-        "flagged_beside": int((flagged & ~at_fault & beside).sum()),
-        "flagged_elsewhere": int((flagged & ~at_fault & ~beside).sum()),
+        "found_beside": int((found & ~at_fault & beside).sum()),
+        "found_elsewhere": int((found & ~at_fault & ~beside).sum()),
     }
 
 

@@ -49,7 +49,8 @@ def info(
         return
     console = Console(highlight=False)
     for key, value in tables.flattened(found).items():
-        console.print(f"{key:<22}{'not installed' if value is None else value}", soft_wrap=True)
+        text = f"{key:<22}{'not installed' if value is None else value}"
+        console.print(text, markup=False, soft_wrap=True)
 
 
 def _version(name: str) -> str | None:

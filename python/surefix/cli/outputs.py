@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from surefix import tables
+from surefix.errors import ConfigError
 from surefix.tables import Columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PLOT_DPI = 150
+
+TABLES = ("estimates", "events", "summary")
+
+
+def spare_inputs(folder: Path, names: Iterable[str], inputs: Iterable[Path]) -> None:
+    """Raises ConfigError if a file of that name in ``folder`` is one of the inputs."""
+    for name in names:
+        for path in inputs:
+            if (folder / name).exists() and path.exists() and path.samefile(folder / name):
+                raise ConfigError(f"--out: {folder / name} is an input, it would be overwritten")
 
 
 def write_tables(

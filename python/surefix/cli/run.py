@@ -8,14 +8,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from surefix import tables
-from surefix.cli import outputs, report
-from surefix.cli.summary import event_table, summarise
+from surefix.cli import findings, outputs, report
 from surefix.cli.terminal import phases, reports_errors
 from surefix.config import Config, Output, check_output, load_config
 from surefix.errors import ConfigError
-from surefix.plots import plot_result
 
 ALERT = 3
 
@@ -27,36 +26,46 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder for what is written.")],
     json: Annotated[bool, typer.Option("--json", help="Summary as JSON on stdout.")] = False,
     rate: Annotated[float | None, typer.Option(help="Estimates a second, Hz.")] = None,
-    risk: Annotated[float | None, typer.Option(help="Risk of the interval, per estimate.")] = None,
+    risk: Annotated[float | None, typer.Option(help="Risk of the limits, per estimate.")] = None,
+    linear: Annotated[bool, typer.Option("--linear", help="Take no account of faults.")] = False,
 ) -> None:
-    """Fuse a log: estimates, intervals, what does not fit. Exit code 3 if a row was flagged."""
+    """Fuse a log: estimates, limits, what does not fit. Exit code 3 if something does not.
+
+    If the configuration gives sensors faults, the robust filter finds and rejects them; otherwise
+    the linear filter flags what does not fit.
+    """
     settings = load_config(config)
     output = _overridden(settings.output, rate, risk)
     settings = dataclasses.replace(settings, output=output)
+    settings = settings.without_faults() if linear else settings
+    files = [f"{stem}.{end}" for stem in outputs.TABLES for end in ("csv", "json")]
+    inputs = [log, config]
+    if settings.reference is not None:
+        inputs.append(log.parent / settings.reference.file)
+    outputs.spare_inputs(out, [*files, "plot.png"], inputs)
     with phases() as shown:
         with shown.phase("reading") as advance:
             measurements = settings.read_log(log, advance)
             known = None if settings.reference is None else settings.reference.read(log.parent)
         with shown.phase("filtering"):
-            result = settings.make_filter().run(
-                measurements, rate=output.rate, noise=output.noise, delay=output.delay
-            )
+            result = settings.run(measurements)
+        if "ok" not in result.counts:
+            counts = ", ".join(f"{n} {status}" for status, n in result.counts.items())
+            raise ConfigError(f"{log}: no row could be used: {counts}")
         with shown.phase("writing") as advance:
             summary = {"log": str(log), "config": str(config)}
-            summary.update(summarise(result, settings, known))
-            events = event_table(result, output.false_alarm)
+            found, events = findings.find(result, settings, known)
+            summary.update(found)
             outputs.write_tables(out, result.columns(), events, summary, progress=advance)
         if outputs.can_plot():
             with shown.phase("plotting"):
-                figure = plot_result(
-                    result, reference=known, false_alarm=output.false_alarm, title=log.name
-                )
+                figure = findings.draw(result, settings, reference=known, title=log.name)
                 outputs.save_figure(figure, out / "plot.png")
     if json:
         typer.echo(tables.as_json(summary))
     else:
         _print(Console(highlight=False), settings, summary, out)
-    if summary["flagged"]:
+    if summary.get("rejected", summary.get("flagged")):
         raise typer.Exit(ALERT)
 
 
@@ -72,11 +81,10 @@ def _overridden(output: Output, rate: float | None, risk: float | None) -> Outpu
 
 
 def _print(console: Console, config: Config, summary: dict[str, Any], out: Path) -> None:
-    head = f"[bold]{summary['log']}[/], {summary['duration_s']:.0f} s, {config.model!r}\n"
+    model = type(config.model).__name__
+    head = Text.assemble((summary["log"], "bold"), f", {summary['duration_s']:.0f} s, {model}\n")
     console.print(head, soft_wrap=True)
-    report.print_sensors(console, summary)
-    console.print()
-    report.print_estimates(console, summary)
-    if summary.get("reference", {}).get("compared"):
+    findings.show(console, summary)
+    if "flagged" in summary and summary.get("reference", {}).get("compared"):
         report.print_claims(console, summary["reference"])
-    console.print(f"\nwritten to {out}", soft_wrap=True)
+    console.print(f"\nwritten to {out}", markup=False, soft_wrap=True)

@@ -42,4 +42,4 @@ def study(
     console.print(f"[bold]{STUDIES[name].title}[/]\n")
     for line in numbers["report"]:
         console.print(line, markup=False, soft_wrap=True)
-    console.print(f"\nwritten to {folder}", soft_wrap=True)
+    console.print(f"\nwritten to {folder}", markup=False, soft_wrap=True)

@@ -27,8 +27,10 @@ def reports_errors(command: Callable[P, R]) -> Callable[P, R]:
             return command(*args, **kwargs)
         except (SurefixError, OSError) as error:
             text = " ".join(str(error).splitlines())
-            typer.echo(f"error: {text}", err=True)
-            raise typer.Exit(1) from None
+        except MemoryError:
+            text = "out of memory"
+        typer.echo(f"error: {text}", err=True)
+        raise typer.Exit(1)
 
     return wrapped
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+import sys
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,15 +13,18 @@ from surefix import _core
 from surefix.errors import ConfigError, ShapeError
 
 FloatArray = npt.NDArray[np.float64]
+AnyArray = TypeVar("AnyArray", bound=npt.NDArray[Any])
 
 NANOSECONDS = 1e9
 
 
 def number(name: str, value: Any) -> float:
-    """A finite float."""
+    """A finite float; a text that reads like one is none."""
     try:
+        if isinstance(value, (str, bytes)):
+            raise TypeError
         result = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ConfigError(f"{name}: expected a number, got {value!r}") from None
     if not math.isfinite(result):
         raise ConfigError(f"{name}: expected a finite number, got {result}")
@@ -41,6 +45,27 @@ def positive(name: str, value: Any) -> float:
     if result <= 0:
         raise ConfigError(f"{name}: expected a number > 0, got {result}")
     return result
+
+
+def deviation(name: str, value: Any) -> float:
+    """A float > 0 whose square, a variance, keeps all its digits."""
+    result = positive(name, value)
+    if not sys.float_info.min <= result * result < math.inf:
+        raise ConfigError(f"{name}: expected a number from 1.5e-154 to 1.3e154, got {result}")
+    return result
+
+
+def whole(name: str, value: Any, smallest: int, largest: int) -> int:
+    """An integer from `smallest` to `largest`."""
+    if (
+        isinstance(value, (bool, np.bool_))
+        or not isinstance(value, (int, np.integer))
+        or not smallest <= value <= largest
+    ):
+        raise ConfigError(
+            f"{name}: expected a whole number from {smallest} to {largest}, got {value!r}"
+        )
+    return int(value)
 
 
 def time_constant(name: str, value: Any) -> float:
@@ -71,17 +96,30 @@ def to_nanoseconds(value: float) -> int:
     return whole * 10**9 + round((value - whole) * NANOSECONDS)
 
 
+def nanoseconds_array(name: str, value: Any) -> npt.NDArray[np.int64]:
+    """Many times (any,) [s] as the engine's integer nanoseconds."""
+    result = array(name, value, (None,))
+    beyond = np.flatnonzero(np.abs(result) > _core.MAX_SECONDS)
+    if len(beyond):
+        raise ConfigError(
+            f"{name}: expected at most {_core.MAX_SECONDS:g} s in magnitude, "
+            f"got {result[beyond[0]]} at {beyond[0]}"
+        )
+    return to_nanoseconds_array(result)
+
+
 def to_nanoseconds_array(values: FloatArray) -> npt.NDArray[np.int64]:
-    """The same for many."""
+    """As `to_nanoseconds`, for many."""
     whole = np.trunc(values)
     fraction: npt.NDArray[np.int64] = np.rint((values - whole) * NANOSECONDS).astype(np.int64)
     return whole.astype(np.int64) * 10**9 + fraction
 
 
 def array(name: str, value: Any, shape: tuple[int | None, ...]) -> FloatArray:
-    """A finite float64 array of `shape`, where None stands for any length."""
+    """A finite float64 array of `shape`, where None stands for any length; a read-only copy, so
+    that nothing that is done to the argument later changes what was checked."""
     try:
-        result = np.ascontiguousarray(value, dtype=np.float64)
+        result = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise ShapeError(
             f"{name}: expected numbers of shape {_text(shape)}, got {value!r}"
@@ -94,7 +132,13 @@ def array(name: str, value: Any, shape: tuple[int | None, ...]) -> FloatArray:
     if not np.isfinite(result).all():
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(result))[0])
         raise ConfigError(f"{name}: expected finite numbers, got {result[where]} at {where}")
-    return result
+    return read_only(result)
+
+
+def read_only(array: AnyArray) -> AnyArray:
+    """`array`, which from now on cannot be written to."""
+    array.flags.writeable = False
+    return array
 
 
 def covariance(name: str, value: Any, size: int | None, *, definite: bool = False) -> FloatArray:
@@ -105,7 +149,7 @@ def covariance(name: str, value: Any, size: int | None, *, definite: bool = Fals
     scale = np.sqrt(np.outer(np.abs(np.diag(result)), np.abs(np.diag(result))))
     if (np.abs(result - result.T) > 1e-9 * scale + np.finfo(float).tiny).any():
         raise ConfigError(f"{name}: expected a symmetric matrix, got {result.tolist()}")
-    result = (result + result.T) / 2
+    result = read_only((result + result.T) / 2)
     if (np.diag(result) < 0).any() or not _is_semidefinite(result, definite):
         kind = "definite" if definite else "semidefinite"
         raise ConfigError(f"{name}: expected a positive {kind} matrix, got {result.tolist()}")

@@ -20,12 +20,16 @@ from surefix.errors import ConfigError, NumericalError, ShapeError
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Base of the motion models. Not to be made directly."""
+    """Base of the motion models. Not to be made directly: raises ConfigError."""
 
     engine: _core.Model = field(init=False, repr=False)
     state_names: tuple[str, ...] = field(init=False, repr=False)
     output: int = field(init=False, repr=False)
     """Index of the state that a sensor reads unless it says otherwise."""
+
+    def __post_init__(self) -> None:
+        kinds = ", ".join(kind.__name__ for kind in Model.__subclasses__())
+        raise ConfigError(f"Model: expected one of its kinds, {kinds}")
 
     @property
     def size(self) -> int:
@@ -48,10 +52,19 @@ class Model:
             raise NumericalError(f"transition: F or Q overflows over dt = {dt} s")
         return F, Q
 
-    def _set(self, engine: _core.Model, names: tuple[str, ...], output: int) -> None:
-        object.__setattr__(self, "engine", engine)
-        object.__setattr__(self, "state_names", names)
-        object.__setattr__(self, "output", output)
+    def settings(self) -> dict[str, Any]:
+        """Kind and parameters by name, as plain values."""
+        plain = {
+            name: value.tolist() if isinstance(value, np.ndarray)
+            else list(value) if isinstance(value, tuple) else value
+            for name, value in self.__getstate__().items()
+        }  # fmt: skip
+        return {"kind": type(self).__name__, **plain}
+
+    def _set(self, **fields: Any) -> None:
+        """Those of the base, and the parameters in the form in which they were checked."""
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: self.__dict__[name] for name in self._parameters()}
@@ -77,8 +90,11 @@ class ConstantVelocity(Model):
 
     def __post_init__(self) -> None:
         q = checks.not_negative("acceleration", self.acceleration)
-        names = ("position", "speed") if self.position else ("speed",)
-        self._set(_core.Model.chain(len(names), bool(self.position), q), names, len(names) - 1)
+        position = bool(self.position)
+        names = ("position", "speed") if position else ("speed",)
+        engine = _core.Model.chain(len(names), position, q)
+        self._set(engine=engine, state_names=names, output=len(names) - 1)
+        self._set(acceleration=q, position=position)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +111,12 @@ class ConstantAcceleration(Model):
     def __post_init__(self) -> None:
         q = checks.not_negative("jerk", self.jerk)
         names: tuple[str, ...] = ("speed", "acceleration")
-        if self.position:
+        position = bool(self.position)
+        if position:
             names = ("position", *names)
-        self._set(_core.Model.chain(len(names), bool(self.position), q), names, len(names) - 2)
+        engine = _core.Model.chain(len(names), position, q)
+        self._set(engine=engine, state_names=names, output=len(names) - 2)
+        self._set(jerk=q, position=position)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +139,9 @@ class LinearModel(Model):
         Qc = checks.covariance("Qc", self.Qc, L.shape[1])
         W = L @ Qc @ L.T
         engine = _core.Model.linear(A, (W + W.T) / 2)
-        self._set(engine, _names(self.names, len(A)), _index("reads", self.reads, len(A)))
+        names, reads = _names(self.names, len(A)), _index("reads", self.reads, len(A))
+        self._set(engine=engine, state_names=names, output=reads)
+        self._set(A=A, L=L, Qc=Qc, names=names, reads=reads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,11 +162,14 @@ class DiscreteModel(Model):
     def __post_init__(self) -> None:
         F = _square("F", self.F)
         Q = checks.covariance("Q", self.Q, len(F))
-        period = checks.nanoseconds("period", checks.positive("period", self.period))
-        if period == 0:
-            raise ConfigError(f"period: expected at least 1e-9 s, got {self.period}")
-        engine = _core.Model.discrete(F, Q, period)
-        self._set(engine, _names(self.names, len(F)), _index("reads", self.reads, len(F)))
+        period = checks.positive("period", self.period)
+        elapsed = checks.nanoseconds("period", period)
+        if elapsed == 0:
+            raise ConfigError(f"period: expected at least 1e-9 s, got {period}")
+        engine = _core.Model.discrete(F, Q, elapsed)
+        names, reads = _names(self.names, len(F)), _index("reads", self.reads, len(F))
+        self._set(engine=engine, state_names=names, output=reads)
+        self._set(F=F, Q=Q, period=period, names=names, reads=reads)
 
 
 def _square(name: str, value: Any) -> FloatArray:
@@ -156,15 +180,20 @@ def _square(name: str, value: Any) -> FloatArray:
     return matrix
 
 
-def _names(names: tuple[str, ...] | None, size: int) -> tuple[str, ...]:
+def _names(names: Any, size: int) -> tuple[str, ...]:
     if names is None:
         return tuple(f"x{i + 1}" for i in range(size))
-    if len(set(names)) != size or len(names) != size:
-        raise ConfigError(f"names: expected {size} different names, got {list(names)}")
-    return tuple(names)
+    try:
+        found = () if isinstance(names, str) else tuple(names)
+    except TypeError:
+        found = ()
+    texts = all(isinstance(name, str) for name in found)
+    if not texts or not len(found) == len(set(found)) == size:
+        raise ConfigError(f"names: expected {size} different names, got {names!r}")
+    return found
 
 
-def _index(name: str, value: int, size: int) -> int:
+def _index(name: str, value: Any, size: int) -> int:
     if not isinstance(value, (int, np.integer)) or not 0 <= value < size:
         raise ConfigError(f"{name}: expected the index of a state, 0 to {size - 1}, got {value}")
     return int(value)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from surefix import _core
 from surefix.core import checks
+from surefix.core.fault import FaultMode
 from surefix.core.models import Model
 from surefix.errors import ConfigError
 
@@ -25,10 +27,13 @@ class Sensor:
     ``bias_sigma``, ``bias_time``: the same of the bias b [unit of the reading].
     ``observes``: h, what it reads of the model's state; by default the speed (the first state of a
     general model).
+    ``faults``: what can be wrong with it, for ``RobustFilter``: Outage, Frozen, Drifting, Noisy,
+    Interrupted.
 
     s and b are first-order Gauss–Markov processes. Each becomes an extra state of the filter,
     named ``<sensor>.scale`` or ``<sensor>.bias``, if its sigma is above zero. Raises ConfigError
-    for a negative or infinite sigma, a time constant ≤ 0, an empty name.
+    for a sigma that is negative, infinite or has no variance (1.5e-154 is the smallest that has),
+    a time constant ≤ 0, an empty name.
     """
 
     name: str
@@ -39,20 +44,35 @@ class Sensor:
     bias_time: float = math.inf
     latency: float = 0.0
     observes: tuple[float, ...] | None = None
+    faults: tuple[FaultMode, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ConfigError(f"sensor name: expected a text, got {self.name!r}")
         where = f"sensor {self.name!r}, "
-        checks.positive(where + "sigma", self.sigma)
-        checks.not_negative(where + "scale_sigma", self.scale_sigma)
-        checks.not_negative(where + "bias_sigma", self.bias_sigma)
-        checks.time_constant(where + "scale_time", self.scale_time)
-        checks.time_constant(where + "bias_time", self.bias_time)
+        self._check(where, "sigma", checks.deviation)
+        for name in ("scale_sigma", "bias_sigma"):
+            self._check(where, name, checks.not_negative)
+            if getattr(self, name) > 0:
+                self._check(where, name, checks.deviation)
+        for name in ("scale_time", "bias_time"):
+            self._check(where, name, checks.time_constant)
+        self._check(where, "latency", checks.number)
         checks.nanoseconds(where + "latency", self.latency, _core.MAX_LATENCY)
+        object.__setattr__(self, "faults", _fault_tuple(where, self.faults))
         if self.observes is not None:
             row = checks.array(where + "observes", self.observes, (None,))
             object.__setattr__(self, "observes", tuple(row.tolist()))
+
+    def _check(self, where: str, name: str, check: Callable[[str, Any], float]) -> None:
+        """Puts a field in the form that ``check`` gives it."""
+        object.__setattr__(self, name, check(where + name, getattr(self, name)))
+
+    def settings(self) -> dict[str, Any]:
+        """All parameters by name, as plain values."""
+        observes = None if self.observes is None else list(self.observes)
+        faults = [fault.settings() for fault in self.faults]
+        return {**asdict(self), "observes": observes, "faults": faults}
 
     def row(self, model: Model) -> list[float]:
         """h for ``model``."""
@@ -62,13 +82,40 @@ class Sensor:
         return list(checks.array(name, self.observes, (model.size,)))
 
 
-def make_system(model: Model, sensors: list[Sensor]) -> _core.System:
+def _fault_tuple(where: str, faults: Iterable[FaultMode]) -> tuple[FaultMode, ...]:
+    """The fault modes given, at most one of them drifting."""
+    try:
+        given = tuple(faults)
+    except TypeError:
+        raise ConfigError(f"{where}faults: expected fault modes, got {faults!r}") from None
+    for fault in given:
+        if not isinstance(fault, FaultMode):
+            raise ConfigError(f"{where}faults: expected fault modes, got {fault!r}")
+    labels = [fault.label for fault in given]
+    if labels.count("drifting") > 1:
+        raise ConfigError(f"{where}faults: expected at most one that drifts, got {labels}")
+    return given
+
+
+def sensor_tuple(sensors: Iterable[Sensor]) -> tuple[Sensor, ...]:
+    """The sensors given, checked one by one."""
+    try:
+        given = tuple(sensors)
+    except TypeError:
+        raise ConfigError(
+            f"sensors: expected a sequence of Sensor objects, got {sensors!r}"
+        ) from None
+    for sensor in given:
+        if not isinstance(sensor, Sensor):
+            raise ConfigError(f"sensors: expected Sensor objects, got {sensor!r}")
+    return given
+
+
+def make_system(model: Model, sensors: Sequence[Sensor]) -> _core.System:
     """The engine's system of a model and its sensors."""
     if not isinstance(model, Model):
         raise ConfigError(f"model: expected a motion model, got {model!r}")
-    for sensor in sensors:
-        if not isinstance(sensor, Sensor):
-            raise ConfigError(f"sensors: expected Sensor objects, got {sensor!r}")
+    sensors = sensor_tuple(sensors)
     names = [sensor.name for sensor in sensors]
     if len(set(names)) != len(names):
         raise ConfigError(f"sensors: expected different names, got {names}")
@@ -91,7 +138,7 @@ def make_system(model: Model, sensors: list[Sensor]) -> _core.System:
     )
 
 
-def state_names(model: Model, sensors: list[Sensor]) -> tuple[str, ...]:
+def state_names(model: Model, sensors: Sequence[Sensor]) -> tuple[str, ...]:
     """Names of all states in the engine's order: the model's, then each sensor's scale and bias."""
     names = list(model.state_names)
     for sensor in sensors:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,45 +12,16 @@ import numpy.typing as npt
 from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import FloatArray
-from surefix.core.distributions import chi_squared_p_value
 from surefix.core.models import Model
-from surefix.core.sensor import Sensor, make_system
+from surefix.core.sensor import Sensor, make_system, sensor_tuple
+from surefix.desync.step_matrices import StepMatrices
+from surefix.desync.step_update import StepUpdate
 from surefix.errors import ConfigError, NumericalError, ShapeError
 
 Matrices = Sequence[npt.ArrayLike]
 
 
-@dataclass(frozen=True, eq=False)
-class StepUpdate:
-    """What a step gives: ``x`` (n,), ``P`` (n, n); ``innovation`` γ (M,); ``noise`` v̂ = ΥΓ⁻¹γ (M,)
-    and ``noise_variance``, the diagonal of ΥΓ⁻¹Υ (M,); ``sse`` = γᵀΓ⁻¹γ with
-    ``degrees_of_freedom`` M; ``log_likelihood`` of γ; ``way``: 'sequential' or 'composite'."""
-
-    x: FloatArray
-    P: FloatArray
-    innovation: FloatArray
-    noise: FloatArray
-    noise_variance: FloatArray
-    sse: float
-    log_likelihood: float
-    way: str
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        return len(self.innovation)
-
-    @property
-    def normalised_noise(self) -> FloatArray:
-        """v̂ / √variance (M,): N(0, 1) with no fault."""
-        return self.noise / np.sqrt(self.noise_variance)
-
-    @property
-    def p_value(self) -> float:
-        """P(χ² > SSE), NaN without measurements."""
-        return float(chi_squared_p_value(self.sse, self.degrees_of_freedom))
-
-
-class CompositeStep:
+class CompositeStep(StepMatrices):
     """One step of N observations between two estimation times, as one observation of the state at
     its end.
 
@@ -60,7 +31,7 @@ class CompositeStep:
     every observation: effect of the known inputs. ``Upsilon`` (M, M): any symmetric positive
     definite noise covariance of all M components, instead of ``R``.
 
-    The paper's matrices are attributes: F, G, W, Omega, Upsilon, J (eqs. 35-47) and the
+    The paper's matrices are attributes, read-only: F, G, W, Omega, Upsilon, J (eqs. 35-47) and the
     inverse-free pair HF, L, right for singular F too; H, Theta, Xi, Jtilde need the inverses of
     the transitions and raise NumericalError where one is singular.
     """
@@ -76,54 +47,59 @@ class CompositeStep:
         J: Matrices | None = None,
         Upsilon: npt.ArrayLike | None = None,
     ) -> None:
-        if len(F) == 0:
+        given = {"F": F, "Q": Q, "H": H, "R": R, "G": G, "J": J}
+        lists = {name: _listed(name, value) for name, value in given.items() if value is not None}
+        for name in ("F", "Q", "H"):
+            if name not in lists:
+                raise ShapeError(f"{name}: expected a sequence of matrices, got None")
+        if not lists["F"]:
             raise ShapeError("F: expected N + 1 transitions for N observations, got none")
-        n = checks.array("F[0]", F[0], (None, None)).shape[0]
-        N = len(H)
-        if G is not None and len(G) == 0:
+        N = len(lists["H"])
+        n = checks.array("F[0]", lists["F"][0], (None, None)).shape[0]
+        if G is not None and not lists["G"]:
             raise ShapeError(f"G: expected {N + 1} matrices for {N} observations, got 0")
-        self._inputs = 0 if G is None else checks.array("G[0]", G[0], (n, None)).shape[1]
-        p = self._inputs
-        transitions = [checks.array(f"F[{i}]", f, (n, n)) for i, f in enumerate(F)]
-        noises = [checks.covariance(f"Q[{i}]", q, n) for i, q in enumerate(Q)]
-        rows = [checks.array(f"H[{i}]", h, (None, n)) for i, h in enumerate(H)]
+        p = 0 if G is None else checks.array("G[0]", lists["G"][0], (n, None)).shape[1]
+        transitions = [checks.array(f"F[{i}]", f, (n, n)) for i, f in enumerate(lists["F"])]
+        rows = [checks.array(f"H[{i}]", h, (None, n)) for i, h in enumerate(lists["H"])]
         sizes = [len(h) for h in rows]
         M = sum(sizes)
         if Upsilon is not None:
             Upsilon = checks.covariance("Upsilon", Upsilon, M, definite=M > 0)
-        if R is None:
-            if Upsilon is None:
-                raise ConfigError("R: expected R or Upsilon")
-            R = [np.eye(m) for m in sizes]
-        covariances = [
-            checks.covariance(f"R[{i}]", r, m, definite=True)
-            for i, (r, m) in enumerate(zip(R, sizes, strict=False))
-        ]
-        inputs = [np.zeros((n, 0))] * (N + 1) if G is None else list(G)
-        effects = [np.zeros((m, p)) for m in sizes] if J is None else list(J)
-        for name, given, expected in (
-            ("F", F, N + 1), ("Q", Q, N + 1), ("G", inputs, N + 1), ("R", R, N), ("J", effects, N),
-        ):  # fmt: skip
-            if len(given) != expected:
+        elif R is None:
+            raise ConfigError("R: expected R or Upsilon")
+        lists.setdefault("R", [np.eye(m) for m in sizes])
+        lists.setdefault("G", [np.zeros((n, 0))] * (N + 1))
+        lists.setdefault("J", [np.zeros((m, p)) for m in sizes])
+        for name, expected in (("F", N + 1), ("Q", N + 1), ("G", N + 1), ("R", N), ("J", N)):
+            if len(lists[name]) != expected:
                 raise ShapeError(
-                    f"{name}: expected {expected} matrices for {N} observations, got {len(given)}"
+                    f"{name}: expected {expected} matrices for {N} observations, "
+                    f"got {len(lists[name])}"
                 )
-        self._engine = _core.CompositeEngine(
+        self._arguments = (
             transitions,
-            noises,
-            [checks.array(f"G[{i}]", g, (n, p)) for i, g in enumerate(inputs)],
+            [checks.covariance(f"Q[{i}]", q, n) for i, q in enumerate(lists["Q"])],
+            [checks.array(f"G[{i}]", g, (n, p)) for i, g in enumerate(lists["G"])],
             rows,
-            covariances,
+            [
+                checks.covariance(f"R[{i}]", r, m, definite=True)
+                for i, (r, m) in enumerate(zip(lists["R"], sizes, strict=True))
+            ],
             [
                 checks.array(f"J[{i}]", j, (m, p))
-                for i, (j, m) in enumerate(zip(effects, sizes, strict=True))
+                for i, (j, m) in enumerate(zip(lists["J"], sizes, strict=True))
             ],
             Upsilon,
         )
+        self._engine = _core.CompositeEngine(*self._arguments)
+        self._inputs = p
         self.size = n
         self.components = M
         self.legs = N + 1
-        self._matrices = self._engine.matrices()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        F, Q, G, H, R, J, Upsilon = self._arguments
+        return partial(type(self), F, Q, H, R, G=G, J=J, Upsilon=Upsilon), ()
 
     @classmethod
     def from_measurements(
@@ -143,9 +119,10 @@ class CompositeStep:
         factors are linearised (the state at ``start``, carried along); needed only if there are
         any.
         """
-        system = make_system(model, list(sensors))
+        sensors = sensor_tuple(sensors)
+        system = make_system(model, sensors)
         names = [s.name for s in sensors]
-        stamps = checks.array("time", time, (None,))
+        stamps = checks.nanoseconds_array("time", time)
         for label in sensor:
             if label not in names:
                 raise ConfigError(f"sensor: expected one of {names}, got {label!r}")
@@ -155,7 +132,7 @@ class CompositeStep:
             )
         index = np.array([names.index(s) for s in sensor], dtype=np.intp)
         latency = np.array([checks.nanoseconds("latency", s.latency) for s in sensors])
-        valid = checks.to_nanoseconds_array(stamps) - latency[index].astype(np.int64)
+        valid = stamps - latency[index].astype(np.int64)
         order = np.lexsort((index, valid))
         ends = [*valid[order].tolist(), checks.nanoseconds("end", end)]
         state = np.zeros(system.size) if x is None else checks.array("x", x, (system.size,))
@@ -217,12 +194,9 @@ class CompositeStep:
         """Γ (M, M): covariance of the innovation, for ``P`` (n, n) at the start of the step."""
         return self._engine.Gamma(checks.covariance("P", P, self.size))
 
-    def __getattr__(self, name: str) -> FloatArray:
-        if name in ("F", "G", "W", "Omega", "Upsilon", "J", "HF", "L"):
-            return self._matrices[name]
-        if name in ("H", "Theta", "Xi", "Jtilde"):
-            backward = self._engine.backward()
-            if backward is None:
-                raise NumericalError(f"{name}: needs the inverse of a transition that is singular")
-            return backward[name]
-        raise AttributeError(f"CompositeStep has no attribute {name!r}")
+
+def _listed(name: str, value: Any) -> list[Any]:
+    try:
+        return list(value)
+    except TypeError:
+        raise ShapeError(f"{name}: expected a sequence of matrices, got {value!r}") from None

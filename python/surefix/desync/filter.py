@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
-from surefix.core.checks import NANOSECONDS, FloatArray, to_nanoseconds
-from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
+from surefix.core.checks import NANOSECONDS, to_nanoseconds
+from surefix.core.distributions import two_sided_quantile
 from surefix.core.models import Model
-from surefix.core.sensor import Sensor, make_system, state_names
+from surefix.core.sensor import Sensor, make_system, sensor_tuple, state_names
+from surefix.desync.estimate import Estimate
 from surefix.desync.result import Result
-from surefix.desync.saved import checked
+from surefix.desync.saved import checked, settings
 from surefix.desync.times import estimation_times
 from surefix.errors import ConfigError, NumericalError
 from surefix.log import NO_TIME, Log
@@ -25,33 +26,9 @@ from surefix.log import NO_TIME, Log
 Status = enum.IntEnum("Status", {name: i for i, name in enumerate(_core.STATUS_NAMES)})  # type: ignore[misc]
 """What became of a measurement; see the table in the documentation of ``desync``."""
 
+MAX_CAPACITY = 1_000_000
+
 _NOISE_SCOPES = {None: 0, "step": 1, "journey": 2}
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """The estimate at the end of one step, when streaming.
-
-    ``time`` [s]; ``x`` (n,), ``P`` (n, n); ``lower``, ``upper``: interval of the model's output at
-    the filter's risk; ``sse`` and ``degrees_of_freedom`` of the step. ``noise_id``, ``noise``,
-    ``noise_variance``: number of push, v̂ and its variance of every measurement used in the step.
-    """
-
-    time: float
-    x: FloatArray
-    P: FloatArray
-    lower: float
-    upper: float
-    sse: float
-    degrees_of_freedom: int
-    noise_id: npt.NDArray[np.int64]
-    noise: FloatArray
-    noise_variance: FloatArray
-
-    @property
-    def p_value(self) -> float:
-        """P(χ² > SSE), NaN for a step without measurements."""
-        return float(chi_squared_p_value(self.sse, self.degrees_of_freedom))
 
 
 class DesyncFilter:
@@ -61,7 +38,7 @@ class DesyncFilter:
     ``x0`` (n,) and ``P0`` (n, n): the model's state and its covariance at ``start`` [s]; without
     ``start`` they belong to the earliest measurement of the first step. Scale and bias states of
     the sensors are added behind them. ``risk``: probability, per estimate, that the interval
-    misses. ``capacity``: measurements that a step can hold when streaming.
+    misses. ``capacity``: measurements that a step can hold when streaming, up to a million.
 
     ``run`` filters a whole log and leaves the filter as it is; ``push`` and ``estimate`` stream.
     Both give the same bits. Raises ShapeError and ConfigError for what does not fit.
@@ -79,15 +56,13 @@ class DesyncFilter:
         capacity: int = 4096,
     ) -> None:
         self.model = model
-        self.sensors = tuple(sensors)
-        system = make_system(model, list(self.sensors))
+        self.sensors = sensor_tuple(sensors)
+        system = make_system(model, self.sensors)
         self.x0 = checks.array("x0", x0, (model.size,))
         self.P0 = checks.covariance("P0", P0, model.size)
         self.start = None if start is None else checks.number("start", start)
         self.risk = checks.probability("risk", risk)
-        if not isinstance(capacity, (int, np.integer)) or capacity < 1:
-            raise ConfigError(f"capacity: expected a whole number >= 1, got {capacity!r}")
-        self.capacity = int(capacity)
+        self.capacity = checks.whole("capacity", capacity, 1, MAX_CAPACITY)
         self._quantile = two_sided_quantile(self.risk)
         start_ns = None if start is None else checks.nanoseconds("start", start)
         self._engine = _core.FilterEngine(system, self.x0, self.P0, start_ns, self.capacity)
@@ -96,7 +71,7 @@ class DesyncFilter:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of all states: the model's, then each sensor's scale and bias."""
-        return state_names(self.model, list(self.sensors))
+        return state_names(self.model, self.sensors)
 
     @property
     def counters(self) -> dict[str, int]:
@@ -130,7 +105,7 @@ class DesyncFilter:
         """
         if not isinstance(log, Log):
             raise ConfigError(f"log: expected a Log, got {log!r}")
-        if noise not in _NOISE_SCOPES:
+        if not isinstance(noise, (str, type(None))) or noise not in _NOISE_SCOPES:
             raise ConfigError(f"noise: expected 'step', 'journey' or None, got {noise!r}")
         if delay is not None and rate is None and times is None:
             raise ConfigError("delay: expected rate or times with it")
@@ -157,11 +132,14 @@ class DesyncFilter:
         """Takes one measurement with its stamp [s]; returns what became of it.
 
         In any order, as long as it was valid after the last estimate. Never raises on data: NaN,
-        unknown sensors and late measurements are answered by their status and counted.
+        what is no number at all, unknown sensors and late measurements are answered by their status
+        and counted.
         """
-        index = next((i for i, s in enumerate(self.sensors) if s.name == sensor), -1)
-        stamp = to_nanoseconds(time) if abs(time) <= _core.MAX_SECONDS else NO_TIME
-        status = Status(self._engine.push(stamp, index, float(value), self._pushes))
+        known = isinstance(sensor, str)
+        index = next((i for i, s in enumerate(self.sensors) if known and s.name == sensor), -1)
+        seconds = _float_or_nan(time)
+        stamp = to_nanoseconds(seconds) if abs(seconds) <= _core.MAX_SECONDS else NO_TIME
+        status = Status(self._engine.push(stamp, index, _float_or_nan(value), self._pushes))
         self._pushes += 1
         return status
 
@@ -171,7 +149,8 @@ class DesyncFilter:
         Raises ConfigError if ``time`` is before the last estimate or between the periods of a
         discrete model, NumericalError on overflow; the filter is then unchanged.
         """
-        status, x, P, sse, degrees = self._engine.estimate(checks.nanoseconds("time", time))
+        stamp = checks.nanoseconds("time", time)
+        status, x, P, sse, degrees = self._engine.estimate(stamp)
         if status in ("time_backwards", "off_grid"):
             raise ConfigError(f"time: no estimate at {time} s: {status}")
         if status != "ok":
@@ -179,8 +158,9 @@ class DesyncFilter:
         centre = float(x[self.model.output])
         width = self._quantile * float(np.sqrt(P[self.model.output, self.model.output]))
         return Estimate(
-            float(time), x, P, centre - width, centre + width, sse, degrees, *self._engine.noise()
-        )
+            stamp / NANOSECONDS, x, P, centre - width, centre + width, sse, degrees,
+            *self._engine.noise(),
+        )  # fmt: skip
 
     def add_sensor(self, sensor: Sensor) -> None:
         """Adds a sensor while streaming; its scale and bias states start in their stationary
@@ -189,23 +169,27 @@ class DesyncFilter:
 
     def remove_sensor(self, name: str) -> None:
         """Removes a sensor while streaming: its states are marginalised out, its measurements
-        that wait in the buffer are dropped."""
+        that wait in the buffer are dropped and counted as of an unknown sensor."""
         if name not in [sensor.name for sensor in self.sensors]:
             known = [sensor.name for sensor in self.sensors]
             raise ConfigError(f"remove_sensor: no sensor {name!r}; there are {known}")
         self._change(tuple(sensor for sensor in self.sensors if sensor.name != name))
 
     def save(self) -> dict[str, Any]:
-        """The state while streaming, as plain values and arrays: ``restore`` continues from it
-        with the same bits."""
-        return {**self._engine.save(), "pushes": self._pushes, "states": self.state_names}
+        """The state while streaming, as plain values and arrays, and the model and sensors to
+        which it belongs: ``restore`` continues from it with the same bits."""
+        return {
+            **self._engine.save(), "pushes": self._pushes, "states": self.state_names,
+            **settings(self.model, self.sensors),
+        }  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Continues from what ``save`` returned, in a filter of the same model and sensors.
 
-        Raises ShapeError or ConfigError, with the filter unchanged, for anything else.
+        Raises ShapeError or ConfigError, with the filter unchanged, for anything else; the first
+        parameter in which the model or a sensor differs is named.
         """
-        fits = checked(saved, self.state_names, len(self.sensors), self.capacity)
+        fits = checked(saved, self.model, self.sensors, self.capacity)
         pushes = fits.pop("pushes")
         status = self._engine.restore(fits)
         if status != "ok":
@@ -221,8 +205,16 @@ class DesyncFilter:
         self.restore(state["saved"])
 
     def _change(self, sensors: tuple[Sensor, ...]) -> None:
+        system = make_system(self.model, sensors)
         old = [sensor.name for sensor in self.sensors]
         index = [old.index(s.name) if s.name in old else -1 for s in sensors]
-        system = make_system(self.model, list(sensors))
         self._engine = self._engine.with_system(system, index)
         self.sensors = sensors
+
+
+def _float_or_nan(value: Any) -> float:
+    """A number, or NaN for what is none: a text, None, a list."""
+    try:
+        return math.nan if isinstance(value, (str, bytes)) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan

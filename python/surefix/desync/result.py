@@ -20,6 +20,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+def to_frame(columns: dict[str, npt.NDArray[Any]]) -> pd.DataFrame:
+    """Columns as a table of pandas."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise SurefixError("to_pandas needs pandas: pip install surefix[io]") from None
+    return pd.DataFrame(columns)
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """A log, filtered. T estimates of n states, N rows of the log.
@@ -91,17 +100,22 @@ class Result:
         return self.noise / np.sqrt(self.noise_variance)
 
     def flagged(self, false_alarm: float = 0.01) -> npt.NDArray[np.bool_]:
-        """Rows whose noise is too large (N,).
+        """Rows whose noise is too large (N,): |normalised noise| > ``flagged_beyond``.
 
         With healthy sensors and a right model the probability that any row of the run is flagged
         is at most ``false_alarm`` (Bonferroni: each row at false_alarm / rows used).
         """
         if len(self.noise) == 0:
             raise SurefixError("flagged: run with noise='step' or noise='journey'")
-        used = np.isfinite(self.noise)
-        rate = checks.probability("false_alarm", false_alarm) / max(int(used.sum()), 1)
-        threshold = _core.normal_two_sided(rate)
-        return used & (np.abs(np.where(used, self.normalised_noise, 0.0)) > threshold)
+        threshold = self.flagged_beyond(false_alarm)
+        size = np.abs(np.where(np.isfinite(self.noise), self.normalised_noise, 0.0))
+        return size > threshold
+
+    def flagged_beyond(self, false_alarm: float = 0.01) -> float:
+        """Size of the normalised noise beyond which a row is flagged."""
+        used = int(np.isfinite(self.noise).sum())
+        rate = checks.probability("false_alarm", false_alarm) / max(used, 1)
+        return float(_core.normal_two_sided(rate))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -111,11 +125,7 @@ class Result:
 
     def to_pandas(self) -> pd.DataFrame:
         """One row per estimate: time, states, their standard errors, interval, SSE, p-value."""
-        try:
-            import pandas as pd
-        except ImportError:
-            raise SurefixError("to_pandas needs pandas: pip install surefix[io]") from None
-        return pd.DataFrame(self.columns())
+        return to_frame(self.columns())
 
     def columns(self) -> dict[str, npt.NDArray[Any]]:
         """The same as named arrays (T,)."""

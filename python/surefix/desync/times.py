@@ -9,12 +9,15 @@ import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
-from surefix.core.checks import NANOSECONDS, to_nanoseconds, to_nanoseconds_array
+from surefix.core.checks import NANOSECONDS, to_nanoseconds
 from surefix.core.sensor import Sensor
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 
 Nanoseconds = npt.NDArray[np.int64]
+
+MAX_ESTIMATES = 20_000_000
+"""Most estimates that a rate may ask for: some GiB, and more than any journey needs."""
 
 
 def estimation_times(
@@ -33,19 +36,32 @@ def estimation_times(
         return _at_rate(begin, max(last, begin), checks.positive("rate", rate))
     if times is None:
         return None
-    wanted = checks.array("times", times, (None,))
-    if len(wanted) == 0 or np.abs(wanted).max() > _core.MAX_SECONDS:
-        raise ConfigError(f"times: expected 1 or more times, got {wanted!r}")
-    return to_nanoseconds_array(wanted)
+    wanted = checks.nanoseconds_array("times", times)
+    if len(wanted) == 0:
+        raise ConfigError("times: expected 1 or more times, got none")
+    return wanted
 
 
 def _at_rate(start: int, last: int, hertz: float) -> Nanoseconds:
     """start + k/rate, k = 1, 2, …, until the last measurement is used."""
-    count = int(np.ceil((last - start) * hertz / NANOSECONDS))
-    if start + round(count * NANOSECONDS / hertz) < last:
-        count += 1  # the product above may round down onto a whole number
-    steps = np.arange(1, max(count, 1) + 1)
-    offsets: Nanoseconds = np.rint(steps * (NANOSECONDS / hertz)).astype(np.int64)
+    period = NANOSECONDS / hertz
+    wanted = (last - start) / period
+    if wanted > MAX_ESTIMATES:
+        raise ConfigError(
+            f"rate: {hertz:g} a second from {start / NANOSECONDS:g} s to {last / NANOSECONDS:g} s "
+            f"are {np.ceil(wanted):.12g} estimates, expected at most {MAX_ESTIMATES}; "
+            "is the unit of time the second, is a stamp far off?"
+        )
+    count = max(int(np.ceil(wanted)), 1)
+    if float(np.rint(count * period)) < last - start:
+        count += 1  # the quotient above may round down onto a whole number
+    end = start / NANOSECONDS + count / hertz
+    if end > _core.MAX_SECONDS:
+        raise ConfigError(
+            f"rate: at {hertz:g} a second the last estimate would be at {end:g} s, "
+            f"expected at most {_core.MAX_SECONDS:g} s"
+        )
+    offsets: Nanoseconds = np.rint(np.arange(1, count + 1) * period).astype(np.int64)
     return offsets + start
 
 

@@ -2,5 +2,6 @@
 
 from surefix.plots.panels import Event
 from surefix.plots.result import plot_result
+from surefix.plots.robust import plot_robust
 
-__all__ = ["Event", "plot_result"]
+__all__ = ["Event", "plot_result", "plot_robust"]

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix.core.checks import FloatArray
-from surefix.core.distributions import two_sided_quantile
 from surefix.desync.result import Result
 from surefix.plots import style
+from surefix.robust.result import RobustResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,14 +38,15 @@ class Event(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class View:
     """``rows`` (N,): rows of the log that are shown; ``steps`` (T,): estimates that are shown;
-    ``flagged`` (N,): rows to be marked, all False if noise was not estimated."""
+    ``flagged`` (N,): rows to be marked; ``flagged_as``, ``limits_as``: names in the legend."""
 
-    result: Result
+    result: Result | RobustResult
     window: tuple[float, float]
     rows: Mask
     steps: Mask
     flagged: Mask
-    false_alarm: float
+    flagged_as: str
+    limits_as: str
 
     @property
     def colours(self) -> dict[str, str]:
@@ -70,7 +71,8 @@ def draw_estimates(axes: Axes, view: View) -> None:
     result, log = view.result, view.result.log
     for code, name in enumerate(log.names):
         rows, stride = view.sensor_rows(code)
-        label = name if stride == 1 else f"{name} (every {_ordinal(stride)} shown)"
+        label = style.literal(name)
+        label = label if stride == 1 else f"{label} (every {_ordinal(stride)} shown)"
         size = 4.0 if len(rows) < 1500 else 2.6
         axes.plot(
             log.time[rows], log.value[rows], ".", color=view.colours[name], alpha=0.5,
@@ -83,7 +85,7 @@ def draw_estimates(axes: Axes, view: View) -> None:
         linewidth=1.0 if dense else 1.6 if len(at) > 1500 else 2.2,
         label="estimate" if stride == 1 else f"estimate (every {_ordinal(stride)} shown)",
     )  # fmt: skip
-    label = f"interval, risk {result.risk:.0e}".replace("e-0", "e-")
+    label = f"{view.limits_as}, risk {result.risk:.0e}".replace("e-0", "e-")
     for i, bound in enumerate((result.lower, result.upper)):
         axes.plot(
             time, bound[at], ":", color=style.ESTIMATE, linewidth=0.6 if dense else 1.0, zorder=4,
@@ -93,8 +95,7 @@ def draw_estimates(axes: Axes, view: View) -> None:
     if marked.any():
         axes.plot(
             log.time[marked], log.value[marked], "x", color=style.ALARM, markersize=4.5,
-            markeredgewidth=1.0, zorder=5,
-            label=f"flagged (false alarm {view.false_alarm:g} a run)",
+            markeredgewidth=1.0, zorder=5, label=view.flagged_as,
         )  # fmt: skip
 
 
@@ -136,16 +137,16 @@ def draw_events(panels: Sequence[Axes], view: View, events: Sequence[Event]) -> 
         middle = (max(event.start, first) + min(event.end, last)) / 2
         level = 1 - level if middle - named_until < 0.09 * (last - first) else 0
         named_until = middle
+        label = style.literal(event.label)
         panels[0].annotate(
-            event.label, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center",
+            label, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center",
             xytext=(0, 5 + 10 * level), textcoords="offset points", fontsize=8, color="#555555",
         )  # fmt: skip
 
 
-def draw_noise(axes: Axes, view: View) -> None:
+def draw_noise(axes: Axes, view: View, result: Result, false_alarm: float) -> None:
     """Normalised noise of every measurement and the threshold beyond which it is flagged."""
-    result, log = view.result, view.result.log
-    noise = result.normalised_noise
+    log, noise = result.log, result.normalised_noise
     for code, name in enumerate(log.names):
         rows, _ = view.sensor_rows(code)
         axes.plot(
@@ -154,8 +155,7 @@ def draw_noise(axes: Axes, view: View) -> None:
         )  # fmt: skip
     marked = view.rows & view.flagged
     axes.plot(log.time[marked], noise[marked], "x", color=style.ALARM, markersize=3.5)
-    used = max(int(np.isfinite(result.noise).sum()), 1)
-    threshold = two_sided_quantile(max(view.false_alarm / used, 1e-15))
+    threshold = result.flagged_beyond(false_alarm)
     for level in (-threshold, threshold):
         axes.axhline(level, color=style.ALARM, linewidth=0.9, linestyle="--")
     axes.set_ylabel("noise / σ", fontsize=9)
@@ -163,15 +163,14 @@ def draw_noise(axes: Axes, view: View) -> None:
     axes.set_ylim(-1.08 * largest, 1.08 * largest)
 
 
-def draw_p_values(axes: Axes, view: View) -> None:
+def draw_p_values(axes: Axes, view: View, result: Result, false_alarm: float) -> None:
     """p-value of every step (χ² of its SSE), and the level that a healthy run keeps above."""
-    result = view.result
     counted = np.isfinite(result.p_value)
     axes.set_ylabel("p of step", fontsize=9)
     if not (view.steps & counted).any():
         return
     p = np.maximum(np.where(counted, result.p_value, 1.0), SMALLEST_P)
-    level = view.false_alarm / max(int(counted.sum()), 1)
+    level = false_alarm / max(int(counted.sum()), 1)
     shown = view.steps & counted
     low = shown & (p < level)
     found = np.flatnonzero(shown & ~low)

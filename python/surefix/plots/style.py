@@ -3,6 +3,7 @@ stand beside the data."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from surefix.errors import SurefixError
@@ -18,11 +19,30 @@ ALARM = "#D55E00"
 REFERENCE = "#7A0177"
 SHADE = "#BBBBBB"
 GRID = "#E6E6E6"
+# Fault modes, from Paul Tol's muted scheme: none that a sensor has.
+MODES = {
+    "outage": "#882255",
+    "frozen": "#332288",
+    "drifting": "#DDAA33",
+    "noisy": "#44AA99",
+    "interrupted": "#999933",
+}
 
 
 def sensor_colours(names: tuple[str, ...]) -> dict[str, str]:
     """A colour for every sensor."""
     return {name: PALETTE[i % len(PALETTE)] for i, name in enumerate(names)}
+
+
+def mode_colours(labels: Iterable[str]) -> dict[str, str]:
+    """A colour for every fault mode named, in the order of ``MODES``."""
+    named = set(labels)
+    return {mode: colour for mode, colour in MODES.items() if mode in named}
+
+
+def literal(text: str) -> str:
+    """A name or a path as it is: matplotlib takes what stands between dollars for a formula."""
+    return text.replace("$", r"\$")
 
 
 def new_figure(width: float, height: float) -> Figure:

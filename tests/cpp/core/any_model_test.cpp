@@ -46,5 +46,18 @@ TEST(AnyModel, PassesOnWhyATransitionDoesNotExist) {
   EXPECT_EQ(AnyModel(AnyModel::Linear(one, one)).transition(year, out), Status::numerical);
 }
 
+TEST(AnyModel, PassesOnWhatIsWrongWithTheModel) {
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(2, 2);
+  EXPECT_EQ(AnyModel(ConstantVelocity(0.1)).check(), ConfigStatus::ok);
+  EXPECT_EQ(AnyModel(ConstantVelocity(-0.1)).check(), ConfigStatus::negative);
+  EXPECT_EQ(AnyModel(ConstantVelocityWithPosition(-0.1)).check(), ConfigStatus::negative);
+  EXPECT_EQ(AnyModel(ConstantAcceleration(-0.1)).check(), ConfigStatus::negative);
+  EXPECT_EQ(AnyModel(ConstantAccelerationWithPosition(-0.1)).check(), ConfigStatus::negative);
+  EXPECT_EQ(AnyModel(AnyModel::Linear(one, one)).check(), ConfigStatus::ok);
+  EXPECT_EQ(AnyModel(AnyModel::Linear(one, -one)).check(), ConfigStatus::not_semidefinite);
+  EXPECT_EQ(AnyModel(AnyModel::Discrete(one, one, second)).check(), ConfigStatus::ok);
+  EXPECT_EQ(AnyModel(AnyModel::Discrete(one, one, 0)).check(), ConfigStatus::not_positive);
+}
+
 }  // namespace
 }  // namespace surefix

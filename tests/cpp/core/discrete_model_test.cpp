@@ -58,6 +58,38 @@ TEST(DiscreteModel, OffTheGridIsOffGrid) {
     EXPECT_EQ(example.model.transition(elapsed, out), Status::off_grid) << elapsed;
 }
 
+TEST(DiscreteModel, WithoutAPeriodEveryDurationIsOffGrid) {
+  const Example example;
+  Model::Transition out;
+  for (Time period : {Time{0}, Time{-1}, -100 * millisecond})
+    for (Time elapsed : {Time{0}, Time{1}, 100 * millisecond, std::numeric_limits<Time>::min()})
+      EXPECT_EQ(Model(example.F, example.Q, period).transition(elapsed, out), Status::off_grid);
+}
+
+TEST(DiscreteModel, ChecksItsParameters) {
+  const Example good;
+  const auto check = [&](auto change, Time period = second) {
+    Example bad;
+    change(bad);
+    return Model(bad.F, bad.Q, period).check();
+  };
+  const auto as_it_is = [](Example&) {};
+  EXPECT_EQ(check(as_it_is), ConfigStatus::ok);
+  EXPECT_EQ(check(as_it_is, 0), ConfigStatus::not_positive);
+  EXPECT_EQ(check(as_it_is, -second), ConfigStatus::not_positive);
+  EXPECT_EQ(check([](Example& e) { e.F(0, 0) = HUGE_VAL; }), ConfigStatus::not_finite);
+  EXPECT_EQ(check([](Example& e) { e.Q(0, 0) = std::nan(""); }), ConfigStatus::not_finite);
+  EXPECT_EQ(check([](Example& e) { e.Q(2, 0) += 0.1; }), ConfigStatus::not_semidefinite);
+  EXPECT_EQ(check([](Example& e) { e.Q(1, 1) = -1.0; }), ConfigStatus::not_semidefinite);
+  EXPECT_EQ(check([](Example& e) { e.Q.setZero(); }), ConfigStatus::ok);
+
+  using Bounded = DiscreteModel<Eigen::Dynamic, 8>;
+  const Eigen::MatrixXd two = Eigen::MatrixXd::Identity(2, 2);
+  EXPECT_EQ(Bounded(two, two, second).check(), ConfigStatus::ok);
+  EXPECT_EQ(Bounded(two, good.Q, second).check(), ConfigStatus::wrong_size);
+  EXPECT_EQ(Bounded(Eigen::MatrixXd::Ones(3, 2), good.Q, second).check(), ConfigStatus::wrong_size);
+}
+
 TEST(DiscreteModel, OverAYearIsStationaryIfStable) {
   const Eigen::Matrix3d F = 0.9 * Eigen::Matrix3d::Identity(), Q = Eigen::Matrix3d::Identity();
   Model::Transition out;

@@ -91,6 +91,16 @@ TYPED_TEST(IntegratorChainTest, TransposedIsTheTranspose) {
       same_bits(dense_transposed(transition, this->n), dense(transition, this->n).F.transpose()));
 }
 
+TYPED_TEST(IntegratorChainTest, ChecksItsDensity) {
+  const auto check = [](double density) { return TypeParam(density).check(); };
+  EXPECT_EQ(check(0.0), ConfigStatus::ok);
+  EXPECT_EQ(check(0.08), ConfigStatus::ok);
+  EXPECT_EQ(check(-0.08), ConfigStatus::negative);
+  EXPECT_EQ(check(std::nan("")), ConfigStatus::not_finite);
+  EXPECT_EQ(check(std::numeric_limits<double>::infinity()), ConfigStatus::not_finite);
+  EXPECT_EQ(check(1e200), ConfigStatus::not_finite) << "its square is infinite";
+}
+
 TEST(ConstantAcceleration, IsEquation33OfBilenne) {
   const double dt = 0.2, q2 = 0.08 * 0.08;
   ConstantAcceleration::Transition transition;

@@ -125,6 +125,35 @@ TEST(LinearModel, ParametersThatAreNotNumbersAreNumerical) {
   }
 }
 
+/// A model of `Model`'s size with one entry of A or W changed.
+template <class Model>
+void expect_checked() {
+  const Stiff good;
+  const auto check = [&](auto change) {
+    Stiff bad = good;
+    change(bad);
+    return Model(bad.A, bad.W).check();
+  };
+  EXPECT_EQ(check([](Stiff&) {}), ConfigStatus::ok);
+  EXPECT_EQ(check([](Stiff& s) { s.W.setZero(); }), ConfigStatus::ok);
+  EXPECT_EQ(check([](Stiff& s) { s.A(1, 2) = std::nan(""); }), ConfigStatus::not_finite);
+  EXPECT_EQ(check([](Stiff& s) { s.W(1, 2) = HUGE_VAL; }), ConfigStatus::not_finite);
+  EXPECT_EQ(check([](Stiff& s) { s.W(0, 1) = 0.4; }), ConfigStatus::not_semidefinite);
+  EXPECT_EQ(check([](Stiff& s) { s.W(0, 0) = -2.0; }), ConfigStatus::not_semidefinite);
+  EXPECT_EQ(check([](Stiff& s) { s.W(0, 1) = s.W(1, 0) = 1.5; }), ConfigStatus::not_semidefinite);
+}
+
+TEST(LinearModel, ChecksItsMatrices) {
+  expect_checked<Model>();
+  expect_checked<Bounded>();
+  const Eigen::MatrixXd two = Eigen::MatrixXd::Identity(2, 2), tall = Eigen::MatrixXd::Ones(3, 2);
+  const Eigen::MatrixXd three = Eigen::MatrixXd::Identity(3, 3);
+  EXPECT_EQ(Bounded(two, two).check(), ConfigStatus::ok);
+  EXPECT_EQ(Bounded(two, three).check(), ConfigStatus::wrong_size);
+  EXPECT_EQ(Bounded(tall, three).check(), ConfigStatus::wrong_size);
+  EXPECT_EQ(Bounded(three, tall).check(), ConfigStatus::wrong_size);
+}
+
 TEST(LinearModel, TransposedIsTheTranspose) {
   const Stiff stiff;
   Model::Transition transition;

@@ -55,6 +55,7 @@ TEST(GaussMarkov, ChecksItsParameters) {
   EXPECT_EQ(check(-1.0, 5.0), ConfigStatus::negative);
   EXPECT_EQ(check(not_a_number, 5.0), ConfigStatus::not_finite);
   EXPECT_EQ(check(infinity, 5.0), ConfigStatus::not_finite);
+  EXPECT_EQ(check(1e200, 5.0), ConfigStatus::not_finite) << "its variance is infinite";
   EXPECT_EQ(check(1.0, not_a_number), ConfigStatus::not_finite);
   EXPECT_EQ(check(1.0, 0.0), ConfigStatus::not_positive);
   EXPECT_EQ(check(1.0, -infinity), ConfigStatus::not_positive);
@@ -74,6 +75,12 @@ TEST(Sensor, ChecksItsParameters) {
   EXPECT_EQ(check([](Speed& s) { s.sigma = not_a_number; }), ConfigStatus::not_finite);
   EXPECT_EQ(check([](Speed& s) { s.sigma = 0.0; }), ConfigStatus::not_positive);
   EXPECT_EQ(check([](Speed& s) { s.sigma = -1.0; }), ConfigStatus::not_positive);
+  // The filter computes with the variance: it must be a number, and one that can be divided by.
+  EXPECT_EQ(check([](Speed& s) { s.sigma = 1e200; }), ConfigStatus::not_finite);
+  EXPECT_EQ(check([](Speed& s) { s.sigma = 1e-170; }), ConfigStatus::not_positive);
+  EXPECT_EQ(check([](Speed& s) { s.sigma = 1e-155; }), ConfigStatus::not_positive) << "subnormal";
+  EXPECT_EQ(check([](Speed& s) { s.sigma = 1e-150; }), ConfigStatus::ok);
+  EXPECT_EQ(check([](Speed& s) { s.sigma = 1e150; }), ConfigStatus::ok);
   EXPECT_EQ(check([](Speed& s) { s.latency = 1'000'001 * second; }), ConfigStatus::not_finite);
   EXPECT_EQ(check([](Speed& s) { s.latency = -1'000'001 * second; }), ConfigStatus::not_finite);
   EXPECT_EQ(check([](Speed& s) { s.latency = -second; }), ConfigStatus::ok);

@@ -28,6 +28,15 @@ TEST(Counters, CountEveryStatusApart) {
   }
 }
 
+TEST(Counters, MoveACountToWhatBecameOfIt) {
+  Counters counters;
+  counters.count(Status::ok);
+  counters.count(Status::ok);
+  counters.move(Status::ok, Status::off_grid);
+  EXPECT_EQ(counters[Status::ok], 1);
+  EXPECT_EQ(counters[Status::off_grid], 1);
+}
+
 TEST(Counters, AreRestoredAsTheyWereSaved) {
   Counters counters, restored;
   counters.count(Status::repeated);

@@ -190,6 +190,18 @@ TEST(System, ChecksThatItsSensorsFillItsFixedSize) {
   EXPECT_EQ(train_system().check(), ConfigStatus::ok);
 }
 
+TEST(System, ChecksItsModel) {
+  const Eigen::Matrix2d one = Eigen::Matrix2d::Identity();
+  const auto check = [](const auto& model) {
+    return System<std::decay_t<decltype(model)>>(model).check();
+  };
+  EXPECT_EQ(check(ConstantAcceleration(0.1)), ConfigStatus::ok);
+  EXPECT_EQ(check(ConstantAcceleration(-0.1)), ConfigStatus::negative);
+  EXPECT_EQ(check(LinearModel<2>(one, -one)), ConfigStatus::not_semidefinite);
+  EXPECT_EQ(check(DiscreteModel<2>(one, one, 0)), ConfigStatus::not_positive);
+  EXPECT_EQ(AnySystem{AnyModel(ConstantVelocity(-0.1))}.check(), ConfigStatus::negative);
+}
+
 TEST(System, IsTheSpeedSystemOnlyIfAllReadThePlainSpeed) {
   const auto is_speed = [](const AnySystem& system) {
     SpeedSystem out{ConstantAcceleration(1.0)};

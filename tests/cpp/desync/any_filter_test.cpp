@@ -96,6 +96,23 @@ TEST(AnyFilter, ContinuesFromWhatWasSavedWithTheSameBits) {
   expect_saved(train_system());
 }
 
+TEST(AnyFilter, RestoreRefusesWhatItCannotContinueFrom) {
+  for (const AnySystem& system : {any_speed_system(), train_system()}) {
+    const auto filter = make(system);
+    run(*filter, random_log(system, 100, 56), second, 2 * second, belief_of_any);
+    SavedFilter saved = filter->save();
+    ASSERT_FALSE(saved.waiting.empty());
+    saved.waiting[0].valid = saved.oldest - 1;
+    EXPECT_EQ(filter->restore(saved), Status::too_late);
+    saved = filter->save();
+    saved.time = std::numeric_limits<Time>::min();
+    EXPECT_EQ(filter->restore(saved), Status::not_finite);
+    const SavedFilter after = filter->save();
+    EXPECT_EQ(after.time, 2 * second);
+    EXPECT_GT(after.waiting[0].valid, after.time);
+  }
+}
+
 TEST(AnyFilter, BatchHasTheBitsOfStreamingAndLeavesTheFilterAlone) {
   for (const AnySystem& system : {any_speed_system(), train_system()}) {
     const std::vector<Row> log = random_log(system, 300, 54);
@@ -165,6 +182,8 @@ TEST(AnyFilter, DropsWhatWaitsFromASensorThatGoes) {
   for (int s : {0, 1, 2}) ASSERT_EQ(filter->push(second, s, 20.0, s), Status::ok);
   const auto next = filter->with_system(smaller, {2, 1});
   EXPECT_EQ(next->waiting(), 2u);
+  EXPECT_EQ(next->counters()[Status::ok], 2);
+  EXPECT_EQ(next->counters()[Status::unknown_sensor], 1) << "dropped, but not in silence";
   StepError error;
   ASSERT_EQ(next->estimate(second, error), Status::ok);
   EXPECT_EQ(error.degrees, 2);

@@ -40,6 +40,30 @@ struct Ran {
   }
 };
 
+/// The same without times, from the same start.
+template <class System>
+struct EveryMeasurement {
+  Columns columns;
+  RecursionState<typename System::Belief> state;
+  Status status = Status::ok;
+  std::size_t distinct = 0, made = 0;
+
+  EveryMeasurement(const System& system, const std::vector<Row>& log, NoiseScope scope)
+      : columns(system, log, log.size()), state(start_state(broad(system), second)) {
+    const SortedLog sorted(system, columns.view(), columns.status.data());
+    distinct = sorted.distinct_times(second);
+    status = run_batch(system, state, sorted, {nullptr, distinct, scope}, columns.output(), made);
+  }
+};
+
+/// Discrete, with transitions over multiples of 50 ms only.
+AnySystem gridded_system() {
+  const Eigen::Matrix2d F{{0.9, 0.1}, {0.0, 0.9}}, Q = Eigen::Matrix2d::Identity();
+  AnySystem system{AnyModel(AnyModel::Discrete(F, Q, 50 * millisecond))};
+  (void)system.add(sensor<AnySystem>(Eigen::Vector2d{1.0, 1.0}, 1.0));
+  return system;
+}
+
 /// A row that waits at the end of a batch was a push that was ok.
 Status as_pushed(Status row) { return row == Status::waiting ? Status::ok : row; }
 
@@ -115,6 +139,31 @@ void expect_delayed_streaming_bits(const System& system, Time delay) {
   }
 }
 
+TEST(Batch, CountsWhatStreamingCounts) {
+  const AnySystem system = gridded_system();
+  const std::vector<Row> log{{1100 * millisecond, 0, 20.0}, {1125 * millisecond, 0, 21.0},
+                             {1150 * millisecond, 9, 20.0}, {1150 * millisecond, 0, 1.7e308},
+                             {1200 * millisecond, 0, 22.0}, {1200 * millisecond, 0, 22.0},
+                             {900 * millisecond, 0, 20.0},  {5 * second, 0, 20.0}};
+  const std::vector<Time> times{1200 * millisecond, 1500 * millisecond};
+  const Ran<AnySystem> batch(system, log, times, NoiseScope::none);
+  ASSERT_EQ(batch.status, Status::ok);
+  Counters expected;
+  for (Status status : batch.columns.status) expected.count(as_pushed(status));
+
+  Filter<AnySystem, 8> filter(system, broad(system), second);
+  for (const Row& row : log) (void)filter.push(row.stamp, row.sensor, row.value, 0);
+  StepError error;
+  for (Time time : times) ASSERT_EQ(filter.estimate(time, error), Status::ok);
+  for (int i = 0; i < status_count; ++i) {
+    const auto status = static_cast<Status>(i);
+    EXPECT_EQ(filter.counters()[status], expected[status]) << name(status);
+  }
+  EXPECT_EQ(expected[Status::ok], 3);
+  EXPECT_EQ(expected[Status::off_grid], 1);
+  EXPECT_EQ(expected[Status::numerical], 1);
+}
+
 TEST(Batch, WithADelayHasTheBitsOfStreamingOnboard) {
   for (Time delay : {Time{0}, 50 * millisecond, 200 * millisecond}) {
     expect_delayed_streaming_bits(speed_system(), delay);
@@ -183,23 +232,70 @@ TEST(Batch, SaysWhatBecameOfEveryRow) {
 
 TEST(Batch, WithoutTimesEstimatesAtEveryValidityTime) {
   const SpeedSystem system = speed_system();
-  const std::vector<Row> log = random_log(system, 200, 47);
-  Columns columns(system, log, log.size());
-  const SortedLog sorted(system, columns.view(), columns.status.data());
-  const Time start = sorted[0].valid;
-  const std::size_t T = sorted.distinct_times(start);
-  auto state = start_state(broad(system), start);
-  std::size_t made = 0;
-  ASSERT_EQ(
-      run_batch(system, state, sorted, {nullptr, T, NoiseScope::none}, columns.output(), made),
-      Status::ok);
-  EXPECT_EQ(made, T);
+  const std::vector<Row> log = random_log(system, 200, 47, 2 * second);
+  const EveryMeasurement run(system, log, NoiseScope::none);
+  ASSERT_EQ(run.status, Status::ok);
+  EXPECT_EQ(run.made, run.distinct);
   std::size_t used = 0;
-  for (std::size_t t = 0; t < T; ++t) {
-    EXPECT_TRUE(t == 0 || columns.time[t] > columns.time[t - 1]);
-    used += static_cast<std::size_t>(columns.degrees[t]);
+  for (std::size_t t = 0; t < run.made; ++t) {
+    EXPECT_TRUE(t == 0 || run.columns.time[t] > run.columns.time[t - 1]);
+    used += static_cast<std::size_t>(run.columns.degrees[t]);
   }
-  EXPECT_EQ(used, sorted.size());
+  EXPECT_EQ(used, log.size());
+}
+
+TEST(Batch, WithoutTimesMakesNoEstimateWhereNoRowWasUsed) {
+  const AnySystem system = gridded_system();
+  const std::vector<std::pair<Row, Status>> rows{
+      {{1050 * millisecond, 0, 20.0}, Status::ok},
+      {{1075 * millisecond, 0, 99.0}, Status::off_grid},
+      {{1075 * millisecond, 0, 98.0}, Status::off_grid},
+      {{1100 * millisecond, 0, 1.7e308}, Status::numerical},  // ν²/S is infinite
+      {{1150 * millisecond, 0, 20.5}, Status::ok},
+      {{1150 * millisecond, 0, 1.7e308}, Status::numerical},  // of two rows one is used
+      {{1151 * millisecond, 0, 99.0}, Status::off_grid},
+  };
+  std::vector<Row> log, used;
+  for (const auto& row : rows) log.push_back(row.first);
+  for (const auto& row : rows)
+    if (row.second == Status::ok) used.push_back(row.first);
+  for (NoiseScope scope : {NoiseScope::none, NoiseScope::step, NoiseScope::journey}) {
+    const EveryMeasurement all(system, log, scope), expected(system, used, scope);
+    ASSERT_EQ(all.status, Status::ok);
+    ASSERT_EQ(all.made, 2u);
+    EXPECT_EQ(expected.made, 2u);
+    for (std::size_t i = 0; i < log.size(); ++i)
+      EXPECT_EQ(all.columns.status[i], rows[i].second) << "row " << i;
+    for (std::size_t t = 0; t < 2; ++t) {
+      EXPECT_EQ(all.columns.time[t], expected.columns.time[t]);
+      EXPECT_EQ(all.columns.degrees[t], 1);
+      EXPECT_TRUE(same_bits(all.columns.mean(t), expected.columns.mean(t)));
+      EXPECT_TRUE(same_bits(all.columns.covariance(t), expected.columns.covariance(t)));
+    }
+    EXPECT_EQ(all.state.time, 1150 * millisecond);
+    EXPECT_TRUE(same_bits(all.state.likelihood.value(), expected.state.likelihood.value()));
+  }
+}
+
+TEST(Batch, WithoutTimesAndWithoutAUsableRowMakesNoEstimate) {
+  const EveryMeasurement run(gridded_system(), {{1075 * millisecond, 0, 20.0}}, NoiseScope::step);
+  EXPECT_EQ(run.status, Status::ok);
+  EXPECT_EQ(run.made, 0u);
+  EXPECT_EQ(run.columns.status[0], Status::off_grid);
+}
+
+TEST(Batch, StopsAtATimeBeyond95Years) {
+  const SpeedSystem system = speed_system();
+  for (Time far :
+       {max_time + 1, std::numeric_limits<Time>::max(), std::numeric_limits<Time>::min()})
+    for (Time delay : {any_delay, second}) {
+      const Ran<SpeedSystem> run(system, {{2 * second, 0, 20.0}, {5 * second, 0, 20.0}},
+                                 {3 * second, far}, NoiseScope::none, delay);
+      EXPECT_EQ(run.status, Status::not_finite);
+      EXPECT_EQ(run.made, 1u);
+      EXPECT_EQ(run.columns.status[0], Status::ok);
+      EXPECT_EQ(run.columns.status[1], Status::waiting) << "not used: there is no estimate";
+    }
 }
 
 TEST(Batch, StopsWhereTimeRunsBackwards) {

@@ -363,6 +363,7 @@ void expect_failed_estimate_changes_nothing(const AnySystem& system, Time imposs
   StepError error{42.0, 42};
   EXPECT_EQ(filter.estimate(impossible, error), why);
   EXPECT_EQ(filter.counters()[why], 1);
+  EXPECT_EQ(filter.counters()[Status::ok], 3) << "what waits is still ok";
   EXPECT_EQ(error.degrees, 42) << "nothing was given";
   EXPECT_TRUE(same_recursion(filter, before));
   EXPECT_TRUE(filter.used() == 0 || same_noise(filter, before));
@@ -387,6 +388,8 @@ TEST(Filter, AMeasurementAndAnEstimateThatBothFailLeaveNoTraceInTheNoise) {
   ASSERT_EQ(filter.push(900 * millisecond, 0, 1.7e308, 2), Status::ok);  // ν²/S is infinite
   StepError error;
   EXPECT_EQ(filter.estimate(year, error), Status::numerical);
+  EXPECT_EQ(filter.counters()[Status::numerical], 1) << "the estimate; the measurement waits";
+  EXPECT_EQ(filter.counters()[Status::ok], 2);
   EXPECT_TRUE(same_belief(filter.state().belief, before.state().belief));
   EXPECT_TRUE(filter.used() == 0 || same_noise(filter, before));
 }
@@ -397,6 +400,7 @@ TEST(Filter, AMeasurementOffTheGridIsCountedAndNotUsed) {
   EXPECT_EQ(estimate(filter, second).degrees, 1);
   estimate(expected, second);
   EXPECT_EQ(filter.counters()[Status::off_grid], 1);
+  EXPECT_EQ(filter.counters()[Status::ok], 3) << "counted once, as what became of it";
   EXPECT_TRUE(same_state(filter, expected));
 }
 
@@ -410,6 +414,7 @@ TEST(Filter, AMeasurementThatOverflowsIsCountedAndNotUsed) {
   EXPECT_EQ(estimate(filter, second).degrees, 1);
   EXPECT_EQ(estimate(expected, second).degrees, 1);
   EXPECT_EQ(filter.counters()[Status::numerical], 1);
+  EXPECT_EQ(filter.counters()[Status::ok], 1);
   EXPECT_TRUE(same_state(filter, expected));
 }
 
@@ -477,6 +482,75 @@ TEST(Filter, RestoreRefusesMoreThanItHasRoomFor) {
   EXPECT_EQ(filter.restore(other.state(), true, other.counters(), waiting.data(), waiting.size()),
             Status::buffer_full);
   EXPECT_TRUE(same_state(filter, before));
+}
+
+/// `waiting` and what `change` makes of a good state must be refused.
+template <class Change>
+void expect_not_restored(const Measurement& waiting, Status why, Change&& change) {
+  SpeedFilter filter = under_way(speed_filter());
+  const SpeedFilter before = filter;
+  auto state = filter.state();
+  change(state);
+  EXPECT_EQ(filter.restore(state, true, Counters(), &waiting, 1), why) << name(why);
+  EXPECT_TRUE(same_state(filter, before));
+  EXPECT_EQ(filter.counters().all(), before.counters().all());
+}
+
+TEST(Filter, RestoreRefusesMeasurementsThatItWouldNotHaveTaken) {
+  const auto as_it_is = [](auto&) {};
+  constexpr Time far = std::numeric_limits<Time>::max(), none = std::numeric_limits<Time>::min();
+  const Time at = 200 * millisecond;  // the last estimate
+  expect_not_restored({at, 20.0, 1, 0}, Status::too_late, as_it_is);
+  expect_not_restored({-at, 20.0, 1, 0}, Status::too_late, as_it_is);
+  expect_not_restored({max_time + 1, 20.0, 1, 0}, Status::not_finite, as_it_is);
+  expect_not_restored({far, 20.0, 1, 2}, Status::not_finite, as_it_is);
+  expect_not_restored({none, 20.0, 1, 2}, Status::not_finite, as_it_is);
+  expect_not_restored({second, std::nan(""), 1, 0}, Status::not_finite, as_it_is);
+  expect_not_restored({second, 20.0, 1, 3}, Status::unknown_sensor, as_it_is);
+  expect_not_restored({second, 20.0, 1, -1}, Status::unknown_sensor, as_it_is);
+}
+
+TEST(Filter, RestoreRefusesTimesThatNoFilterHas) {
+  const Measurement good{second, 20.0, 1, 0};
+  for (Time far :
+       {max_time + 1, std::numeric_limits<Time>::max(), std::numeric_limits<Time>::min()})
+    expect_not_restored(good, Status::not_finite, [&](auto& state) { state.time = far; });
+  expect_not_restored(good, Status::time_backwards,
+                      [](auto& state) { state.oldest = state.time - 1; });
+}
+
+TEST(Filter, RestoreTakesWhatWaitsBeforeTheStartIsKnown) {
+  const SpeedSystem system = speed_system();
+  SpeedFilter filter(system, broad(system)), other = filter;
+  const Measurement waiting{-5 * second, 20.0, 1, 0};
+  ASSERT_EQ(other.restore(filter.state(), false, filter.counters(), &waiting, 1), Status::ok);
+  EXPECT_EQ(estimate(other, -4 * second).degrees, 1);
+}
+
+TEST(Filter, RestoreTakesEverythingThatPushTakes) {
+  SpeedSystem system{ConstantAcceleration(0.08)};
+  for (Time latency : {-1000 * second, 1000 * second}) {
+    const auto early = sensor<SpeedSystem>(Eigen::Vector2d{1.0, 0.0}, 1.0, latency);
+    ASSERT_EQ(system.add(early), ConfigStatus::ok);
+  }
+  SpeedFilter filter(system, broad(system)), other = filter;
+  ASSERT_EQ(filter.push(max_time, 0, 20.0, 0), Status::ok);
+  ASSERT_EQ(filter.push(-max_time, 1, 20.0, 0), Status::ok);
+  const std::vector<Measurement> waiting{filter.buffer()[0], filter.buffer()[1]};
+  EXPECT_EQ(other.restore(filter.state(), false, filter.counters(), waiting.data(), 2), Status::ok);
+  EXPECT_TRUE(same_state(filter, other));
+}
+
+TEST(Filter, RestoreCountsAMessageThatWaitsTwice) {
+  SpeedFilter filter = under_way(speed_filter());
+  const std::vector<Measurement> waiting(2, {second, 20.0, 1, 0});
+  Counters counters;
+  counters.count(Status::ok);
+  counters.count(Status::ok);
+  ASSERT_EQ(filter.restore(filter.state(), true, counters, waiting.data(), 2), Status::ok);
+  EXPECT_EQ(filter.buffer().count(), 1u);
+  EXPECT_EQ(filter.counters()[Status::ok], 1);
+  EXPECT_EQ(filter.counters()[Status::repeated], 1);
 }
 
 TEST(Filter, RunsTwiceWithTheSameBits) {

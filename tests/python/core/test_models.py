@@ -272,12 +272,37 @@ BAD: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "too few names": (
         lambda: LinearModel(I2, I2, I2, names=("a",)),
         sf.ConfigError,
-        r"names: expected 2 different names, got \['a'\]",
+        r"names: expected 2 different names, got \('a',\)",
     ),
     "equal names": (
         lambda: LinearModel(I2, I2, I2, names=("a", "a")),
         sf.ConfigError,
-        r"names: .*\['a', 'a'\]",
+        r"names: .*\('a', 'a'\)",
+    ),
+    "one name": (
+        lambda: LinearModel(I2, I2, I2, names=5),
+        sf.ConfigError,
+        "names: expected 2 different names, got 5",
+    ),
+    "names in one text": (
+        lambda: LinearModel(I2, I2, I2, names="ab"),
+        sf.ConfigError,
+        "names: expected 2 different names, got 'ab'",
+    ),
+    "names of numbers": (
+        lambda: DiscreteModel(I2, I2, names=(1, 2)),
+        sf.ConfigError,
+        r"names: expected 2 different names, got \(1, 2\)",
+    ),
+    "names in lists": (
+        lambda: DiscreteModel(I2, I2, names=([1], [2])),
+        sf.ConfigError,
+        r"names: expected 2 different names, got \(\[1\], \[2\]\)",
+    ),
+    "the base of all models": (
+        lambda: sf.Model(),
+        sf.ConfigError,
+        "Model: expected one of its kinds, .*ConstantAcceleration",
     ),
     "reads no state": (
         lambda: LinearModel(I2, I2, I2, reads=2),
@@ -349,3 +374,18 @@ def test_model_survives_pickling(model: sf.Model) -> None:
 def test_models_are_frozen() -> None:
     with pytest.raises(AttributeError):
         sf.ConstantVelocity(1.0).acceleration = 2.0  # type: ignore[misc]
+
+
+def test_matrices_are_copied_and_read_only() -> None:
+    F, Q = np.eye(2), np.eye(2)
+    model = sf.DiscreteModel(F, Q)
+    F[:], Q[:] = 99.0, 99.0
+    general = sf.LinearModel(F := np.zeros((1, 1)), L := np.eye(1), Qc := np.eye(1))
+    F[:], L[:], Qc[:] = 99.0, 99.0, 99.0
+    for matrix, expected in (
+        (model.F, np.eye(2)), (model.Q, np.eye(2)),
+        (general.A, [[0.0]]), (general.L, [[1.0]]), (general.Qc, [[1.0]]),
+    ):  # fmt: skip
+        assert np.array_equal(matrix, expected)
+        assert isinstance(matrix, np.ndarray)
+        assert not matrix.flags.writeable

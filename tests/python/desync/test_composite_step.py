@@ -8,6 +8,7 @@ good as doubles can be.
 
 from __future__ import annotations
 
+import pickle
 import re
 from collections.abc import Callable
 from typing import Any
@@ -292,8 +293,43 @@ def test_singular_first_leg_needs_no_inverse() -> None:
 
 def test_unknown_attribute_is_an_attribute_error() -> None:
     step = sf.CompositeStep([np.eye(1)], [np.eye(1)], [], [])
-    with pytest.raises(AttributeError, match="CompositeStep has no attribute 'Lambda'"):
-        _ = step.Lambda
+    with pytest.raises(AttributeError, match="Lambda"):
+        _ = step.Lambda  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    "name", ["F", "G", "W", "Omega", "Upsilon", "J", "HF", "L", "H", "Theta", "Xi", "Jtilde"]
+)
+def test_matrices_are_documented_and_read_only(name: str) -> None:
+    step = sf.CompositeStep(**GOOD)
+    assert name in dir(step)
+    assert "(" in str(getattr(sf.CompositeStep, name).__doc__)  # its shape
+    matrix = getattr(step, name)
+    assert getattr(step, name) is matrix
+    with pytest.raises(ValueError, match="read-only"):
+        matrix[...] = 0.0
+
+
+@given(journey=journeys(max_steps=1))
+def test_step_survives_pickling(journey: Journey) -> None:
+    step = engine(journey.steps[0])
+    copy = pickle.loads(pickle.dumps(step))
+    for name in ("F", "G", "W", "Omega", "Upsilon", "J", "HF", "L"):
+        assert np.array_equal(getattr(copy, name), getattr(step, name))
+    assert copy.separable == step.separable
+    z, u = np.zeros(step.components), np.array(journey.steps[0].u).reshape(step.legs, -1)
+    one, other = (each.update(journey.x0, journey.P0, z, u) for each in (step, copy))
+    assert np.array_equal(one.x, other.x)
+    assert np.array_equal(one.P, other.P)
+
+
+def test_later_changes_of_the_arguments_change_nothing() -> None:
+    arguments = {name: [np.array(entry) for entry in given] for name, given in GOOD.items()}
+    step = sf.CompositeStep(**arguments)
+    for matrices in arguments.values():
+        for matrix in matrices:
+            matrix[:] = 99.0
+    assert np.array_equal(pickle.loads(pickle.dumps(step)).F, I2)
 
 
 def test_printed_table_1_is_not_what_is_computed() -> None:
@@ -335,6 +371,10 @@ Arguments = dict[str, Any]
 GOOD: Arguments = {"F": [I2, I2], "Q": [I2, I2], "H": [H2], "R": [I1]}
 BAD: dict[str, tuple[Arguments, type[Exception], str]] = {
     "no legs": ({"F": []}, sf.ShapeError, "F: expected N . 1 transitions .*got none"),
+    **{
+        f"{name} none": ({name: given}, sf.ShapeError, f"{name}: expected a sequence .*got {given}")
+        for name, given in (("F", None), ("Q", None), ("H", None), ("R", 5), ("G", 5), ("J", 5))
+    },
     "too few legs": ({"F": [I2]}, sf.ShapeError, "F: expected 2 matrices for 1 observ.*, got 1"),
     "too many legs": ({"F": [I2] * 3}, sf.ShapeError, "F: expected 2 matrices .*, got 3"),
     "F not square": ({"F": [H2, I2]}, sf.ShapeError, r"F\[0\]: .*got \(1, 2\)"),
@@ -436,6 +476,7 @@ def test_overflow_is_a_numerical_error(way: str) -> None:
 
 MODEL = sf.ConstantAcceleration(0.1)
 WHEEL = sf.Sensor("wheel", 1.0, latency=0.1)
+NO_SENSORS: Any = None
 BAD_ROWS: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
     "unknown sensor": (
         lambda: sf.CompositeStep.from_measurements(MODEL, [WHEEL], 0.0, 1.0, [0.5], ["radar"]),
@@ -466,6 +507,16 @@ BAD_ROWS: dict[str, tuple[Callable[[], object], type[Exception], str]] = {
         lambda: sf.CompositeStep.from_measurements(MODEL, [WHEEL], 0.0, 1.0, [np.nan], ["wheel"]),
         sf.ConfigError,
         r"time: .*got nan at \(0,\)",
+    ),
+    "beyond all times": (
+        lambda: sf.CompositeStep.from_measurements(MODEL, [WHEEL], 0.0, 1.0, [1e30], ["wheel"]),
+        sf.ConfigError,
+        r"time: expected at most 3e\+09 s in magnitude, got 1e\+30 at 0",
+    ),
+    "sensors none": (
+        lambda: sf.CompositeStep.from_measurements(MODEL, NO_SENSORS, 0.0, 1.0, [0.5], ["wheel"]),
+        sf.ConfigError,
+        "sensors: expected a sequence of Sensor objects, got None",
     ),
     "x does not fit": (
         lambda: sf.CompositeStep.from_measurements(

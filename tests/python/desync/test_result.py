@@ -185,6 +185,18 @@ def test_rows_not_used_are_never_flagged() -> None:
     assert sum(result.counts.values()) == len(rows)
 
 
+@pytest.mark.parametrize("false_alarm", [0.5, 1e-3, 1e-15])
+def test_flagged_beyond_is_the_threshold(false_alarm: float) -> None:
+    """The two-sided quantile at ``false_alarm`` over the rows that were used."""
+    rows = [*HEALTHY, (0.55, "nobody", 1e6)]
+    rows[7] = (rows[7][0], "w", 24.5)
+    result = one_run(rows)
+    beyond = result.flagged_beyond(false_alarm)
+    assert beyond == pytest.approx(stats.norm.isf(false_alarm / 20 / 2), rel=1e-12)
+    expected = np.abs(np.nan_to_num(result.normalised_noise)) > beyond
+    assert np.array_equal(result.flagged(false_alarm), expected)
+
+
 def test_flags_need_the_noise() -> None:
     with pytest.raises(sf.SurefixError, match="flagged: run with noise="):
         one_run(HEALTHY, noise=None).flagged()

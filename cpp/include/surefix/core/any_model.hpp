@@ -25,6 +25,7 @@ class AnyModel {
   AnyModel(const Variant& model) noexcept : model_(model) {}
 
   [[nodiscard]] const Variant& get() const noexcept { return model_; }
+  [[nodiscard]] ConfigStatus check() const noexcept;
   [[nodiscard]] int state_size() const noexcept;
   [[nodiscard]] Status transition(Time elapsed, Transition& out) const noexcept;
 

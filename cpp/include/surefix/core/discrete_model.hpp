@@ -19,15 +19,22 @@ class DiscreteModel {
   using Transition = DenseTransition<N, MaxN>;
   using Matrix = typename Transition::Matrix;
 
-  /// F (n × n), Q (n × n, symmetric positive semidefinite) over `period` > 0 [ns].
+  /// F (n × n), Q (n × n, exactly symmetric, positive semidefinite) over `period` > 0 [ns].
   DiscreteModel(const Matrix& F, const Matrix& Q, Time period) noexcept
       : one_{F, Q}, period_(period) {}
+
+  [[nodiscard]] ConfigStatus check() const noexcept {
+    const Matrix &F = one_.F, &Q = one_.Q;
+    if (F.rows() != F.cols() || Q.rows() != F.rows()) return ConfigStatus::wrong_size;
+    if (!F.allFinite()) return ConfigStatus::not_finite;
+    return period_ > 0 ? check_covariance(Q) : ConfigStatus::not_positive;
+  }
 
   [[nodiscard]] int state_size() const noexcept { return static_cast<int>(one_.F.rows()); }
 
   /// F^k and the noise of k periods, k = elapsed / period ≥ 0, by repeated squaring.
   [[nodiscard]] Status transition(Time elapsed, Transition& out) const noexcept {
-    if (elapsed % period_ != 0) return Status::off_grid;
+    if (period_ <= 0 || elapsed % period_ != 0) return Status::off_grid;
     const int n = state_size();
     out.F = Matrix::Identity(n, n);
     out.Q = Matrix::Zero(n, n);

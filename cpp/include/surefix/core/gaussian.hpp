@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "surefix/core/covariance.hpp"
 #include "surefix/core/loop.hpp"
 
 namespace surefix {
@@ -22,6 +23,12 @@ struct Gaussian {
   Matrix P;
 
   [[nodiscard]] SUREFIX_INLINE int size() const noexcept { return static_cast<int>(x.size()); }
+
+  /// Whether a filter may start from it.
+  [[nodiscard]] ConfigStatus check() const noexcept {
+    if (P.rows() != x.size()) return ConfigStatus::wrong_size;
+    return x.allFinite() ? check_covariance(P) : ConfigStatus::not_finite;
+  }
 };
 
 /// to ← from, component by component (same size): unlike Eigen's assignment it leaves a small

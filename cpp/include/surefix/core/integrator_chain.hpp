@@ -6,6 +6,8 @@
 // For N = 2 it is the speed model of Bilenne 2004, eq. 33.
 #pragma once
 
+#include <cmath>
+
 #include "surefix/core/loop.hpp"
 #include "surefix/core/status.hpp"
 #include "surefix/core/time.hpp"
@@ -70,7 +72,13 @@ class IntegratorChain {
   using Transition = ChainTransition<N>;
 
   /// `root_density`: q, root spectral density of the driving noise [unit of x_N per √s], ≥ 0.
-  explicit IntegratorChain(double root_density) noexcept : density_(root_density * root_density) {}
+  explicit IntegratorChain(double root_density) noexcept
+      : root_density_(root_density), density_(root_density * root_density) {}
+
+  [[nodiscard]] ConfigStatus check() const noexcept {
+    if (!std::isfinite(density_)) return ConfigStatus::not_finite;
+    return root_density_ < 0.0 ? ConfigStatus::negative : ConfigStatus::ok;
+  }
 
   [[nodiscard]] static constexpr int state_size() noexcept { return N; }
 
@@ -81,7 +89,8 @@ class IntegratorChain {
   }
 
  private:
-  double density_;  // q²
+  double root_density_;  // q, whose sign only `check` needs
+  double density_;       // q²
 };
 
 /// [speed] driven by white acceleration, q in m/s²/√Hz.

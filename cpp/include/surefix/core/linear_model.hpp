@@ -26,8 +26,13 @@ class LinearModel {
   using Transition = DenseTransition<N, MaxN>;
   using Matrix = typename Transition::Matrix;
 
-  /// A (n × n) [1/s] and W = L Q_c Lᵀ (n × n, symmetric positive semidefinite) [x²/s].
+  /// A (n × n) [1/s] and W = L Q_c Lᵀ (n × n, exactly symmetric, positive semidefinite) [x²/s].
   LinearModel(const Matrix& A, const Matrix& W) noexcept : A_(A), W_(W) {}
+
+  [[nodiscard]] ConfigStatus check() const noexcept {
+    if (A_.rows() != A_.cols() || W_.rows() != A_.rows()) return ConfigStatus::wrong_size;
+    return A_.allFinite() ? check_covariance(W_) : ConfigStatus::not_finite;
+  }
 
   [[nodiscard]] int state_size() const noexcept { return static_cast<int>(A_.rows()); }
 

@@ -28,7 +28,7 @@ struct GaussMarkov {
     return sigma * sigma * -std::expm1(-2.0 * dt / time);
   }
   [[nodiscard]] ConfigStatus check() const noexcept {
-    if (std::isnan(time) || !std::isfinite(sigma)) return ConfigStatus::not_finite;
+    if (std::isnan(time) || !std::isfinite(sigma * sigma)) return ConfigStatus::not_finite;
     if (sigma < 0.0) return ConfigStatus::negative;
     return time > 0.0 ? ConfigStatus::ok : ConfigStatus::not_positive;
   }
@@ -39,14 +39,15 @@ template <class Vector>
 struct Sensor {
   /// h (n): what it reads of the model's state.
   Vector observes = Vector::Zero(std::max<int>(Vector::RowsAtCompileTime, 0));
-  double sigma = 0.0;   ///< standard deviation of the white noise, > 0 [unit of z]
+  double sigma = 0.0;   ///< standard deviation of the white noise; its square > 0 too [unit of z]
   Time latency = 0;     ///< a value belongs to the time of its stamp minus this [ns]
   GaussMarkov scale{};  ///< relative error of the scale factor
   GaussMarkov bias{};   ///< additive error [unit of z]
 
   [[nodiscard]] ConfigStatus check() const noexcept {
-    if (!observes.allFinite() || !std::isfinite(sigma)) return ConfigStatus::not_finite;
-    if (!(sigma > 0.0)) return ConfigStatus::not_positive;
+    const double variance = sigma * sigma;  // what the filter computes with
+    if (!observes.allFinite() || !std::isfinite(variance)) return ConfigStatus::not_finite;
+    if (!(sigma > 0.0 && std::isnormal(variance))) return ConfigStatus::not_positive;
     if (std::abs(seconds(latency)) > max_latency) return ConfigStatus::not_finite;
     const ConfigStatus status = scale.check();
     return status == ConfigStatus::ok ? bias.check() : status;

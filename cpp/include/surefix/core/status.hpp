@@ -35,6 +35,11 @@ constexpr const char* name(Status status) noexcept {
 class Counters {
  public:
   void count(Status status) noexcept { ++counts_[static_cast<std::size_t>(status)]; }
+  /// What was counted as `from` has become `to`.
+  void move(Status from, Status to) noexcept {
+    --counts_[static_cast<std::size_t>(from)];
+    count(to);
+  }
   [[nodiscard]] std::int64_t operator[](Status status) const noexcept {
     return counts_[static_cast<std::size_t>(status)];
   }
@@ -51,10 +56,10 @@ class Counters {
 enum class ConfigStatus : std::uint8_t {
   ok = 0,
   wrong_size,           ///< a vector or matrix does not fit the model's state
-  not_finite,           ///< a parameter is NaN or infinite
+  not_finite,           ///< a parameter is NaN or infinite, or its square is
   negative,             ///< a standard deviation or density is negative
-  not_positive,         ///< sigma of a sensor, a time constant or a period is not above zero
-  not_semidefinite,     ///< a covariance is not symmetric and positive semidefinite
+  not_positive,         ///< sigma (or its square), a time constant or a period is not above zero
+  not_semidefinite,     ///< a covariance is not exactly symmetric and positive semidefinite
   too_many_sensors,     ///< more sensors than the system has room for
   sensor_states,        ///< the sensors' error states do not fill the system's fixed size
   too_many_modes,       ///< more fault modes than a sensor has room for, or two that drift
@@ -62,5 +67,24 @@ enum class ConfigStatus : std::uint8_t {
   prior,  ///< no distribution: probabilities not in (0, 1), rates or durations not > 0
   risk,   ///< a risk outside (0, 1)
 };
+
+/// Short name of a configuration's status, for messages.
+constexpr const char* name(ConfigStatus status) noexcept {
+  constexpr std::array<const char*, 12> names{
+      "ok",
+      "wrong size",
+      "not finite",
+      "negative",
+      "not positive",
+      "not symmetric and positive semidefinite",
+      "too many sensors",
+      "the sensors' states do not fit",
+      "too many fault modes for a sensor",
+      "too many hypotheses",
+      "no probability distribution",
+      "a risk outside (0, 1)",
+  };
+  return names[static_cast<std::size_t>(status)];
+}
 
 }  // namespace surefix

@@ -60,10 +60,11 @@ class System {
     return ConfigStatus::ok;
   }
 
-  /// Whether the sensors added so far fill the state vector; to be asked once, before the start.
+  /// Whether the model is one, and the sensors added so far fill the state vector; to be asked
+  /// once, before the start.
   [[nodiscard]] ConfigStatus check() const noexcept {
     const bool complete = SensorStates == Eigen::Dynamic || sensor_states_ == SensorStates;
-    return complete ? ConfigStatus::ok : ConfigStatus::sensor_states;
+    return complete ? model_.check() : ConfigStatus::sensor_states;
   }
 
   [[nodiscard]] const Model& model() const noexcept { return model_; }
@@ -137,8 +138,8 @@ class System {
   /// Calls `visit(row, value)` with the sensor's row ∂ẑ/∂x and returns what it returns. Rows that
   /// are put together at run time work on a copy of `value`: one index that is not a constant
   /// would force a small belief out of the registers on every path.
-  template <class Value, class Visit>
-  SUREFIX_INLINE auto with_row(int index, const Linearisation& at, Value& value,
+  template <class Lane, class Value, class Visit>
+  SUREFIX_INLINE auto with_row(int index, const BasicLinearisation<Lane>& at, Value& value,
                                Visit&& visit) const noexcept {
     const Watcher& w = watcher(index);
     if constexpr (Model::output >= 0)

@@ -32,7 +32,7 @@ struct BatchSummary {
 /// A log sorted for a batch, between `prepare` and `run`.
 struct PreparedLog {
   SortedLog sorted;
-  std::size_t distinct = 0;  ///< distinct validity times from the start on
+  std::size_t distinct = 0;  ///< validity times from the start on: so many estimates at most
   Time start = 0;
 };
 
@@ -47,7 +47,7 @@ class AnyFilter {
                                                        std::optional<Time> start,
                                                        std::size_t capacity);
   /// A filter of another system that continues from this one (`carry_over`); measurements that
-  /// wait in the buffer are kept unless their sensor is gone.
+  /// wait in the buffer are kept unless their sensor is gone: those become `unknown_sensor`.
   /// `old_index`: for every sensor of the new system its index in the old one, −1 if new.
   [[nodiscard]] virtual std::unique_ptr<AnyFilter> with_system(
       const AnySystem& system, const std::vector<int>& old_index) const = 0;

@@ -71,7 +71,7 @@ class BatchRun {
     return next;
   }
 
-  /// An estimate at every distinct validity time.
+  /// An estimate at every distinct validity time at which a row was used.
   SUREFIX_INLINE Status at_every_measurement(State& target, std::size_t& made) {
     State state = target;
     const std::size_t count = sorted_.size();
@@ -81,6 +81,7 @@ class BatchRun {
       const Measurement m = sorted_[next];
       use(state, m);
       if (next + 1 < count && sorted_[next + 1].valid == m.valid) continue;
+      if (state.step.degrees == 0) continue;
       status = close(state, m.valid, done);
       if (status == Status::ok) ++done;
     }
@@ -93,15 +94,17 @@ class BatchRun {
     const std::size_t count = sorted_.size();
     std::size_t next = skip(state.oldest), done = 0;
     Status status = Status::ok;
-    for (; done < request.T && status == Status::ok; ++done) {
+    for (; done < request.T; ++done) {
       const Time time = request.times[done];
+      status = check_end(state, time);
+      if (status != Status::ok) break;
       for (; next < count && sorted_[next].valid <= time; ++next) {
         const Measurement m = sorted_[next];
         const bool late = request.delay != any_delay && sorted_.stamp(next) > time + request.delay;
         if (late) out_.status[m.id] = Status::too_late;
         if (!late) use(state, m);
       }
-      status = time < state.time ? Status::time_backwards : close(state, time, done);
+      status = close(state, time, done);
       if (status != Status::ok) break;
     }
     for (; next < count; ++next) out_.status[sorted_[next].id] = Status::waiting;

@@ -21,7 +21,8 @@ inline constexpr Time any_delay = std::numeric_limits<Time>::max();
 
 /// What a batch is asked for.
 struct BatchRequest {
-  const Time* times;  ///< (T) ascending [ns]; null: one estimate at every distinct validity time
+  /// (T) ascending [ns]; null: one estimate at every distinct validity time at which a row is used
+  const Time* times;
   std::size_t T;
   NoiseScope scope;
   /// The estimate for t is made when the clock says t + delay [ns, ≥ 0]: rows with a later stamp

@@ -46,12 +46,11 @@ class Filter {
     if (!started_) state.time = state.oldest = ready > 0 ? buffer_[0].valid : time;
     Counters counters = counters_;
     std::size_t used = 0, tried = 0;
-    Status status = time < state.time ? Status::time_backwards : Status::ok;
-    if (!in_range(time)) status = Status::not_finite;
+    Status status = check_end(state, time);
     for (; tried < ready && status == Status::ok; ++tried) {
       const Status absorbed = absorb(system_, state, buffer_[tried], records_[used]);
       if (absorbed == Status::ok) ++used;
-      if (absorbed != Status::ok) counters.count(absorbed);
+      if (absorbed != Status::ok) counters.move(Status::ok, absorbed);
     }
     if (status == Status::ok) status = close_step(system_, state, time, error);
     if (status != Status::ok) {
@@ -82,16 +81,26 @@ class Filter {
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const StepBuffer<Capacity>& buffer() const noexcept { return buffer_; }
 
-  /// Continues from what was saved: state, counters and the measurements that waited.
+  /// Continues from what was saved: state, counters and the measurements that waited. Refuses, and
+  /// stays as it was, what no filter can have saved: it may come from a file.
   [[nodiscard]] Status restore(const State& state, bool started, const Counters& counters,
                                const Measurement* waiting, std::size_t count) noexcept {
     if (count > buffer_.capacity()) return Status::buffer_full;
+    if (!in_range(state.time)) return Status::not_finite;
+    if (state.oldest < state.time) return Status::time_backwards;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Status status = check_waiting(waiting[i], state, started);
+      if (status != Status::ok) return status;
+    }
     state_ = state;
     started_ = started;
     counters_ = counters;
     used_ = 0;
     buffer_.clear();
-    for (std::size_t i = 0; i < count; ++i) (void)buffer_.push(waiting[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Status status = buffer_.push(waiting[i]);
+      if (status != Status::ok) counters_.move(Status::ok, status);  // it waits already
+    }
     return Status::ok;
   }
 
@@ -106,6 +115,15 @@ class Filter {
     const Time valid = stamp - system_.sensor(sensor).latency;
     if (started_ && valid < state_.oldest) return Status::too_late;
     return buffer_.push({valid, value, id, sensor});
+  }
+  /// What `try_push` would have said; the stamp itself is never formed, it might overflow.
+  [[nodiscard]] Status check_waiting(const Measurement& m, const State& state,
+                                     bool started) const noexcept {
+    if (m.sensor < 0 || m.sensor >= system_.sensor_count()) return Status::unknown_sensor;
+    const Time latency = system_.sensor(m.sensor).latency;
+    const bool timed = -max_time - latency <= m.valid && m.valid <= max_time - latency;
+    if (!std::isfinite(m.value) || !timed) return Status::not_finite;
+    return started && m.valid < state.oldest ? Status::too_late : Status::ok;
   }
 
   System system_;

@@ -88,6 +88,15 @@ template <class System>
   return Status::ok;
 }
 
+/// Whether a step can end at `time`, as far as its time goes; to be asked before any of its
+/// measurements is used.
+template <class Belief>
+[[nodiscard]] SUREFIX_INLINE Status check_end(const RecursionState<Belief>& state,
+                                              Time time) noexcept {
+  if (!in_range(time)) return Status::not_finite;
+  return time < state.time ? Status::time_backwards : Status::ok;
+}
+
 /// Ends a step at `time` ≥ `state.time`: moves the belief there and gives the step's SSE. On any
 /// status but ok the state is unchanged.
 template <class System>

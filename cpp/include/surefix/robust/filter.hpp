@@ -1,0 +1,115 @@
+// The streaming robust filter: the same face as the linear one. No heap after construction.
+#pragma once
+
+#include <optional>
+
+#include "surefix/desync/step_buffer.hpp"
+#include "surefix/robust/estimate.hpp"
+
+namespace surefix::robust {
+
+/// All that a robust filter is made from.
+template <class FaultSystem>
+struct FilterSetup {
+  FaultSystem system;
+  ModeTable table;
+  ModePrior prior;
+  Carry carry;
+  LimitRequest limits;
+  PerMeasurement per_measurement{};
+};
+
+/// `Capacity`: measurements that a step can hold, or −1 for one chosen at construction.
+template <class FaultSystem, int Capacity = 64>
+class Filter {
+ public:
+  using Belief = typename FaultSystem::Base::Belief;
+
+  /// Starts at `start` from `belief` over the base system's states; without a start, at the
+  /// earliest measurement of the first step.
+  Filter(const FilterSetup<FaultSystem>& setup, const Belief& belief, std::optional<Time> start,
+         std::size_t capacity = static_cast<std::size_t>(Capacity))
+      : recursion_(setup.system, setup.table, setup.prior, setup.carry, setup.per_measurement,
+                   capacity),
+        evaluation_(recursion_, setup.limits),
+        initial_(belief),
+        started_(start.has_value()),
+        oldest_(start.value_or(0)) {
+    if constexpr (Capacity < 0) buffer_ = desync::StepBuffer<Capacity>(capacity);
+    recursion_.start(initial_, oldest_);
+  }
+
+  /// Takes a measurement of `sensor` with its time stamp [ns]: in any order, as long as it was
+  /// valid after the last estimate.
+  [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value,
+                            std::int64_t id) noexcept {
+    const Status status = try_push(stamp, sensor, value, id);
+    counters_.count(status);
+    return status;
+  }
+
+  /// Ends the step at `time` ≥ the last estimate's. On any status but ok nothing changes.
+  [[nodiscard]] Status estimate(Time time, RobustEstimate& out) noexcept {
+    const std::size_t ready = buffer_.ready(time);
+    Status status = in_range(time) ? Status::ok : Status::not_finite;
+    if (status == Status::ok && !started_) recursion_.start(initial_, first_time(ready, time));
+    if (status == Status::ok && time < recursion_.time()) status = Status::time_backwards;
+    if (status == Status::ok)
+      status = recursion_.advance(ready > 0 ? &buffer_[0] : nullptr, ready, time);
+    if (status != Status::ok) {
+      counters_.count(status);
+      return status;
+    }
+    for (std::size_t i = 0; i < ready; ++i)
+      if (recursion_.status(i) != Status::ok) counters_.move(Status::ok, recursion_.status(i));
+    started_ = true;
+    oldest_ = time + 1;
+    buffer_.pop(ready);
+    out = evaluation_(recursion_);
+    return status;
+  }
+
+  /// Continues from what was saved of a filter made from the same.
+  [[nodiscard]] Status restore(const MixtureState& state, bool started, Time oldest,
+                               const Counters& counters, const Measurement* waiting,
+                               std::size_t count) {
+    if (count > buffer_.capacity()) return Status::buffer_full;
+    recursion_.restore(state);
+    started_ = started;
+    oldest_ = oldest;
+    counters_ = counters;
+    buffer_.clear();
+    for (std::size_t i = 0; i < count; ++i) (void)buffer_.push(waiting[i]);
+    return Status::ok;
+  }
+
+  [[nodiscard]] bool started() const noexcept { return started_; }
+  [[nodiscard]] Time oldest() const noexcept { return oldest_; }
+  [[nodiscard]] const Recursion<FaultSystem>& recursion() const noexcept { return recursion_; }
+  [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const desync::StepBuffer<Capacity>& buffer() const noexcept { return buffer_; }
+
+ private:
+  [[nodiscard]] Time first_time(std::size_t ready, Time time) const noexcept {
+    return ready > 0 ? buffer_[0].valid : time;
+  }
+  [[nodiscard]] Status try_push(Time stamp, std::int32_t sensor, double value,
+                                std::int64_t id) noexcept {
+    const auto& system = recursion_.system().base();
+    if (sensor < 0 || sensor >= system.sensor_count()) return Status::unknown_sensor;
+    if (!usable(value) || !in_range(stamp)) return Status::not_finite;
+    const Time valid = stamp - system.sensor(sensor).latency;
+    if (started_ && valid < oldest_) return Status::too_late;
+    return buffer_.push({valid, value, id, sensor});
+  }
+
+  Recursion<FaultSystem> recursion_;
+  Evaluation evaluation_;
+  Belief initial_;
+  bool started_;
+  Time oldest_;
+  Counters counters_{};
+  desync::StepBuffer<Capacity> buffer_{};
+};
+
+}  // namespace surefix::robust

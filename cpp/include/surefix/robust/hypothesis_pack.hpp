@@ -1,0 +1,128 @@
+// Four hypotheses of one step side by side: they share the legs and the rows, and differ in where
+// they start, in the noise variance of every sensor and in which biases wander.
+#pragma once
+
+#include "surefix/core/predict.hpp"
+#include "surefix/core/update.hpp"
+#include "surefix/robust/components.hpp"
+#include "surefix/robust/step_plan.hpp"
+
+namespace surefix::robust {
+
+template <class FaultSystem>
+class HypothesisPack {
+ public:
+  static constexpr int lanes = 4;
+  using Lane = Pack<lanes>;
+  using Belief = Gaussian<FaultSystem::size, Lane, FaultSystem::max_size>;
+
+  HypothesisPack() = default;
+  explicit HypothesisPack(const FaultSystem& system)
+      : variance_(static_cast<std::size_t>(system.sensor_count())),
+        used_(variance_.size()),
+        walk_(variance_.size()) {
+    belief_.x.resize(system.state_size());
+    belief_.P.resize(system.state_size(), system.state_size());
+  }
+
+  /// Lane `l` starts from component `c` of `from` under hypothesis `h` of the table: a bias begins
+  /// with its sensor's fault, goes on while that lasts and is gone after it.
+  void load(const FaultSystem& system, const ModeTable& table, int l, const Components& from,
+            std::size_t c, int h) noexcept {
+    const int n = system.state_size(), before = from.hypothesis(c);
+    for (int j = 0; j < n; ++j) {
+      belief_.x(j)(l) = from.x(c)[j];
+      for (int i = 0; i < n; ++i) belief_.P(i, j)(l) = from.P(c)[j * n + i];
+    }
+    for (int s = 0; s < system.sensor_count(); ++s) {
+      const auto k = static_cast<std::size_t>(s);
+      const int mode = table.mode(h, s);
+      variance_[k](l) = system.variance(s, mode);
+      used_[k](l) = system.modes(s)[mode].removes_rows() ? 0.0 : 1.0;
+      walk_[k](l) = 0.0;
+      const int bias = system.drift_state(s), drifting = system.modes(s).drifting();
+      if (bias < 0) continue;
+      const bool drifts = mode == drifting, drifted = table.mode(before, s) == drifting;
+      const FaultMode& fault = system.modes(s)[drifting];
+      if (drifts) walk_[k](l) = fault.walk * fault.walk;
+      if (!drifts || !drifted) begin(l, bias, drifts ? fault.sigma * fault.sigma : 0.0);
+    }
+  }
+
+  /// Takes all measurements of the step.
+  [[nodiscard]] Status run(const FaultSystem& system, const StepPlan<FaultSystem>& plan) noexcept {
+    squares_ = Lane(0.0);
+    log_determinant_ = Lane(0.0);
+    product_ = Lane(1.0);
+    for (std::size_t i = 0; i < plan.count(); ++i) {
+      move(system, plan.leg(i));
+      if (!absorb(system, plan.measurement(i))) return Status::numerical;
+    }
+    move(system, plan.leg(plan.count()));
+    set_aside();
+    return Status::ok;
+  }
+
+  /// Lane `l` as component `c`: log-density of its measurements added to the log-weight there. A
+  /// hypothesis that overflowed has the log-weight −∞.
+  void store(const FaultSystem& system, const ModeTable& table, const StepPlan<FaultSystem>& plan,
+             int l, Components& to, std::size_t c) const noexcept {
+    const int n = system.state_size();
+    double sum = 0.0;
+    for (int j = 0; j < n; ++j) {
+      sum += to.x(c)[j] = belief_.x(j)(l);
+      for (int i = 0; i < n; ++i) sum += to.P(c)[j * n + i] = belief_.P(i, j)(l);
+    }
+    double log_density = -0.5 * (squares_(l) + log_determinant_(l));
+    for (int s = 0; s < system.sensor_count(); ++s)
+      log_density += plan.log_density(s, table.mode(to.hypothesis(c), s));
+    const bool finite = sum * 0.0 == 0.0 && log_density * 0.0 == 0.0;
+    to.log_weight(c) += finite ? log_density : -std::numeric_limits<double>::infinity();
+    to.squares(c) = squares_(l);
+  }
+
+ private:
+  void begin(int l, int bias, double variance) noexcept {
+    belief_.x(bias)(l) = 0.0;
+    for (int i = 0; i < belief_.size(); ++i) belief_.P(i, bias)(l) = belief_.P(bias, i)(l) = 0.0;
+    belief_.P(bias, bias)(l) = variance;
+  }
+
+  void move(const FaultSystem& system, const typename StepPlan<FaultSystem>::Leg& leg) noexcept {
+    if (leg.elapsed == 0) return;
+    predict(belief_, leg.transition);
+    for (int s = 0; s < system.sensor_count(); ++s) {
+      const int bias = system.drift_state(s);
+      if (bias >= 0)
+        belief_.P(bias, bias) += walk_[static_cast<std::size_t>(s)] * seconds(leg.elapsed);
+    }
+  }
+
+  [[nodiscard]] bool absorb(const FaultSystem& system, const Measurement& m) noexcept {
+    const auto s = static_cast<std::size_t>(m.sensor);
+    const auto reading = system.read(m.sensor, belief_.x);
+    const Lane innovation = m.value - reading.predicted;
+    const Lane sane = (innovation.abs() <= 2.0 * largest_value).select(innovation, Lane(0.0));
+    Innovation<Belief> out;
+    const bool updated = system.with_row(m.sensor, reading.at, [&](const auto& row) {
+      return update(belief_, row, variance_[s], sane, out);
+    });
+    if (!updated) return false;
+    const auto used = used_[s] > 0.0;
+    squares_ += used.select(innovation.square() / out.variance, Lane(0.0));
+    product_ *= used.select(out.variance, Lane(1.0));
+    if (!(product_ > 1e-100 && product_ < 1e100).all()) set_aside();
+    return true;
+  }
+
+  void set_aside() noexcept {
+    log_determinant_ += product_.log();
+    product_ = Lane(1.0);
+  }
+
+  Belief belief_;
+  std::vector<Lane> variance_, used_, walk_;  // of every sensor
+  Lane squares_, log_determinant_, product_;
+};
+
+}  // namespace surefix::robust

@@ -1,0 +1,1 @@
+"""Reading files: tables of measurements, from CSV or Parquet."""

@@ -1,0 +1,1 @@
+"""Fault hypotheses, their mixture, and alert limits that hold."""

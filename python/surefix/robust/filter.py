@@ -1,0 +1,347 @@
+"""The robust filter: which sensor is wrong, and limits that hold while it is."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix import _core
+from surefix.core import checks
+from surefix.core.checks import NANOSECONDS, FloatArray, to_nanoseconds
+from surefix.core.models import Model
+from surefix.core.sensor import Sensor, make_system, sensor_tuple, state_names
+from surefix.desync.filter import MAX_CAPACITY, Status
+from surefix.desync.saved import settings
+from surefix.desync.times import estimation_times
+from surefix.errors import ConfigError, NumericalError
+from surefix.log import NO_TIME, Log
+from surefix.robust.limits import side
+from surefix.robust.prior import CommonFault, common_tuple, joint_rates
+from surefix.robust.result import RobustEstimate, RobustResult
+from surefix.robust.saved import checked
+
+CARRIES = {"one": 0, "merge": 1, "cut": 2}
+PRIORS = {"constant": 0, "chains": 1}
+
+
+class RobustFilter:
+    """Fault hypotheses, their posterior mixture and its alert limits (Bilenne 2004, sections 3, 4,
+    with faults that last).
+
+    Every sensor's modes are 'healthy' and its ``faults``. ``prior``: 'chains', each sensor a Markov
+    chain in continuous time from its modes' rates and durations, or 'constant', drawn anew in every
+    step from their probabilities; by default chains where all modes have rates and durations.
+    ``common``: faults that several sensors share. ``max_faults``: how many sensors may be faulty at
+    once; the probability of more is taken from the risk.
+
+    ``hypotheses``: 'sensor', a mode for every sensor and step; or 'measurement', each measurement
+    healthy or an outlier on its own (2^N in a step of N ≤ 64), from each sensor's Outage with its
+    probability. ``beam``: how many of these at a time, a multiple of 4; the mass of the lightest,
+    for which there is no room, is taken from the risk.
+
+    ``carry``: what lives from step to step. 'merge': Gaussians with their modes and biases, those
+    in the same modes merged; 'cut': the heaviest ones; 'one': one Gaussian with the mixture's
+    moments (the paper). ``components``: how many at most; by default as many as hypotheses, up to
+    128. ``cut``: mass that a step may leave out; what was left out stays in the risk over
+    ``memory`` [s], by default the longest mean duration of a fault.
+
+    ``risk``: probability, per estimate, that the truth is outside the limits, from 1e-15;
+    ``sides``: 'both', or all of the risk on 'lower' or 'upper'; ``direction`` (n,): limits on aᵀx,
+    by default the model's output. The other arguments are those of ``DesyncFilter``.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        sensors: Sequence[Sensor],
+        x0: npt.ArrayLike,
+        P0: npt.ArrayLike,
+        *,
+        start: float | None = None,
+        risk: float = 1e-11,
+        sides: str = "both",
+        direction: npt.ArrayLike | None = None,
+        prior: str | None = None,
+        common: Sequence[CommonFault] = (),
+        max_faults: int | None = None,
+        hypotheses: str = "sensor",
+        beam: int = 4096,
+        carry: str = "merge",
+        components: int | None = None,
+        cut: float = 1e-14,
+        memory: float | None = None,
+        capacity: int = 4096,
+    ) -> None:
+        self.model = model
+        self.sensors = sensor_tuple(sensors)
+        system = make_system(model, self.sensors)
+        self.x0 = checks.array("x0", x0, (model.size,))
+        self.P0 = checks.covariance("P0", P0, model.size)
+        self.start = None if start is None else checks.number("start", start)
+        self.risk = checks.probability("risk", risk)
+        self.sides = sides
+        self.direction = self._direction(direction)
+        self.max_faults = checks.whole(
+            "max_faults", len(self.sensors) if max_faults is None else max_faults, 0,
+            len(self.sensors),
+        )  # fmt: skip
+        count = self._hypotheses()
+        self.prior = self._prior(prior)
+        self.common = common_tuple(common)
+        if not isinstance(carry, str) or carry not in CARRIES:
+            raise ConfigError(f"carry: expected one of {', '.join(CARRIES)}, got {carry!r}")
+        self.carry = carry
+        self.components = checks.whole(
+            "components", min(count, 128) if components is None else components, 1, 4096
+        )
+        self.cut = checks.not_negative("cut", cut)
+        if self.cut >= self.risk:
+            raise ConfigError(f"cut: expected less than the risk {self.risk:g}, got {self.cut:g}")
+        self.memory = self._memory(memory)
+        self.capacity = checks.whole("capacity", capacity, 1, MAX_CAPACITY)
+        rates: list[float] = []
+        kind = PRIORS[self.prior]
+        if self.common:
+            if self.prior != "chains" or self.max_faults < len(self.sensors):
+                raise ConfigError("common: expected prior 'chains' and no max_faults with it")
+            rates, kind = joint_rates(self.sensors, self.common), 2
+        self.hypotheses = hypotheses
+        self.beam = self._beam(beam)
+        modes = [[fault.engine() for fault in sensor.faults] for sensor in self.sensors]
+        try:
+            self._engine = _core.RobustEngine(
+                system, self.x0, self.P0, modes, self.max_faults, kind, rates, CARRIES[carry],
+                self.components, self.cut, self.memory, self.direction.tolist(), self.risk,
+                side("sides", sides), self.beam if hypotheses == "measurement" else 0,
+                None if start is None else checks.nanoseconds("start", start), self.capacity,
+            )  # fmt: skip
+        except ValueError as error:  # 1 / duration overflows, for example
+            raise ConfigError(f"sensors: fault modes refused: {error}") from None
+        self._pushes = 0
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of all states but the biases of drifting sensors."""
+        return state_names(self.model, self.sensors)
+
+    @property
+    def mode_names(self) -> tuple[tuple[str, ...], ...]:
+        """Names of every sensor's modes, 'healthy' first."""
+        return tuple(("healthy", *(f.label for f in s.faults)) for s in self.sensors)
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """How often each status was answered while streaming."""
+        return dict(zip(_core.STATUS_NAMES, self._engine.counters, strict=True))
+
+    @property
+    def log_likelihood(self) -> float:
+        """log p of all measurements used while streaming."""
+        return self._engine.log_likelihood
+
+    def run(
+        self,
+        log: Log,
+        *,
+        rate: float | None = None,
+        times: npt.ArrayLike | None = None,
+        delay: float | None = None,
+    ) -> RobustResult:
+        """Filters a whole log, from the filter's initial state; the arguments are those of
+        ``DesyncFilter.run``. All measurements between two estimates are judged together: a lower
+        rate gives the hypotheses more evidence, and each estimate comes later.
+        """
+        if not isinstance(log, Log):
+            raise ConfigError(f"log: expected a Log, got {log!r}")
+        if delay is not None and rate is None and times is None:
+            raise ConfigError("delay: expected rate or times with it")
+        code = log.codes_for([sensor.name for sensor in self.sensors])
+        late = (
+            None
+            if delay is None
+            else checks.nanoseconds("delay", checks.not_negative("delay", delay))
+        )
+        wanted = estimation_times(log, self.sensors, self.start, rate, times)
+        single = self.hypotheses == "measurement"
+        out = self._engine.run(log.stamp, code, log.value, wanted, late, single)
+        ended, made = out.pop("ended"), out.pop("estimates")
+        if ended != "ok":
+            at = f"{wanted[made] / NANOSECONDS} s" if wanted is not None else f"number {made}"
+            kind = ConfigError if ended in ("time_backwards", "off_grid") else NumericalError
+            raise kind(f"run: no estimate at {at}: {ended}")
+        most = max(len(names) for names in self.mode_names)
+        for name in ("time", "x", "P", "lower", "upper", "mode_probability", "hypothesis",
+                     "discarded_mass", "sse", "degrees_of_freedom"):  # fmt: skip
+            out[name] = out[name][:made]
+        out["mode_probability"] = out["mode_probability"][:, :, :most]
+        return RobustResult(
+            **out, risk=self.risk, output=self.model.output, state_names=self.state_names,
+            sensor_names=tuple(s.name for s in self.sensors), mode_names=self.mode_names, log=log,
+        )  # fmt: skip
+
+    def push(self, time: float, sensor: str, value: float) -> Status:
+        """Takes one measurement, as ``DesyncFilter.push`` does."""
+        index = next((i for i, s in enumerate(self.sensors) if s.name == sensor), -1)
+        number = isinstance(time, (int, float, np.number)) and not isinstance(time, bool)
+        inside = number and abs(time) <= _core.MAX_SECONDS
+        stamp = to_nanoseconds(float(time)) if inside else NO_TIME
+        try:
+            reading = math.nan if isinstance(value, str) else float(value)
+        except (TypeError, ValueError):
+            reading = math.nan
+        status = Status(self._engine.push(stamp, index, reading, self._pushes))
+        self._pushes += 1
+        return status
+
+    def estimate(self, time: float) -> RobustEstimate:
+        """Ends the step at ``time`` [s] and returns the estimate there.
+
+        Raises ConfigError if ``time`` is before the last estimate or between the periods of a
+        discrete model, NumericalError if no hypothesis is left; the filter is then unchanged.
+        """
+        stamp = checks.nanoseconds("time", time)
+        out = self._engine.estimate(stamp)
+        status = out.pop("status")
+        if status in ("time_backwards", "off_grid"):
+            raise ConfigError(f"time: no estimate at {time} s: {status}")
+        if status != "ok":
+            raise NumericalError(f"estimate: no estimate at {time} s: {status}")
+        most = max(len(names) for names in self.mode_names)
+        modes = tuple(
+            names[m] for names, m in zip(self.mode_names, out.pop("hypothesis")[0], strict=True)
+        )
+        probability = out.pop("mode_probability")[:, :most]
+        return RobustEstimate(
+            time=stamp / NANOSECONDS, mode_probability=probability, hypothesis=modes, **out
+        )
+
+    def mixture(self) -> dict[str, Any]:
+        """All hypotheses of the last step while streaming: ``log_weight`` (C,), ``modes`` (C, S),
+        ``x`` (C, m) and ``P`` (C, m, m) over all m states, biases of drifting sensors last."""
+        out = self._engine.hypotheses()
+        out.pop("hypothesis")
+        return out
+
+    def save(self) -> dict[str, Any]:
+        """The state while streaming, as plain values and arrays."""
+        return {**self._engine.save(), "pushes": self._pushes, "settings": self._settings()}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Continues from what ``save`` returned, in a filter made from the same.
+
+        Raises ShapeError or ConfigError, with the filter unchanged, for anything else.
+        """
+        fits = checked(saved, self._settings(), self.sensors, self.capacity)
+        pushes = fits.pop("pushes")
+        try:
+            status = self._engine.restore(fits)
+        except (ValueError, TypeError, RuntimeError) as error:
+            raise ConfigError(f"saved: refused: {error}") from None
+        if status != "ok":
+            raise ConfigError(f"saved: refused: {status}")
+        self._pushes = pushes
+
+    def __getstate__(self) -> dict[str, Any]:
+        names = (
+            "model", "sensors", "x0", "P0", "start", "risk", "sides", "direction", "prior",
+            "common", "max_faults", "hypotheses", "beam", "carry", "components", "cut", "memory",
+            "capacity",
+        )  # fmt: skip
+        return {"arguments": {name: getattr(self, name) for name in names}, "saved": self.save()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state["arguments"])  # type: ignore[misc]
+        self.restore(state["saved"])
+
+    def _settings(self) -> dict[str, Any]:
+        """What a saved state belongs to, as plain values."""
+        return {
+            **settings(self.model, self.sensors), "carry": self.carry, "prior": self.prior,
+            "common": [fault.settings() for fault in self.common], "components": self.components,
+            "max_faults": self.max_faults, "cut": self.cut, "memory": self.memory,
+        }  # fmt: skip
+
+    def _beam(self, beam: int) -> int:
+        if self.hypotheses not in ("sensor", "measurement"):
+            raise ConfigError(
+                f"hypotheses: expected 'sensor' or 'measurement', got {self.hypotheses!r}"
+            )
+        beam = checks.whole("beam", beam, 8, 1 << 20)
+        if beam % 4 or beam < 2 * (self.components + 3):
+            raise ConfigError(
+                "beam: expected a multiple of 4, at least twice the components and 6, "
+                f"{2 * self.components + 6}, got {beam}"
+            )
+        if self.hypotheses == "measurement":
+            only = all([f.label for f in s.faults] in ([], ["outage"]) for s in self.sensors)
+            if self.prior != "constant" or not only:
+                raise ConfigError(
+                    "hypotheses: 'measurement' needs prior 'constant' and no fault but an Outage"
+                )
+        return beam
+
+    def _direction(self, direction: npt.ArrayLike | None) -> FloatArray:
+        n = len(self.state_names)
+        if direction is not None:
+            return checks.array("direction", direction, (n,))
+        row: FloatArray = np.zeros(n)
+        row[self.model.output] = 1.0
+        return row
+
+    def _hypotheses(self) -> int:
+        """How many hypotheses there are, counted before anything is made."""
+        counts = [len(sensor.faults) for sensor in self.sensors]
+        for sensor in self.sensors:
+            if len(sensor.faults) >= _core.MAX_MODES:
+                raise ConfigError(
+                    f"sensor {sensor.name!r}, faults: expected at most {_core.MAX_MODES - 1}, "
+                    f"got {len(sensor.faults)}"
+                )
+        total = sum(
+            math.prod(chosen)
+            for size in range(self.max_faults + 1)
+            for chosen in itertools.combinations(counts, size)
+        )
+        if total > _core.MAX_HYPOTHESES:
+            raise ConfigError(
+                f"sensors: their modes make {total} hypotheses, expected at most "
+                f"{_core.MAX_HYPOTHESES}; max_faults limits them"
+            )
+        return total
+
+    def _prior(self, prior: str | None) -> str:
+        modes = [(s.name, fault) for s in self.sensors for fault in s.faults]
+        chains = all(fault.rate is not None and fault.duration is not None for _, fault in modes)
+        if prior is None:
+            prior = "chains" if chains else "constant"
+        if not isinstance(prior, str) or prior not in PRIORS:
+            raise ConfigError(f"prior: expected one of {', '.join(PRIORS)}, got {prior!r}")
+        for name, fault in modes:
+            lacks = (
+                "rate and duration"
+                if prior == "chains" and (fault.rate is None or fault.duration is None)
+                else "probability"
+                if prior == "constant" and fault.probability is None
+                else None
+            )
+            if lacks:
+                raise ConfigError(f"sensor {name!r}, {fault.label}: prior {prior!r} needs {lacks}")
+        for sensor in self.sensors:
+            total = sum(fault.probability or 0.0 for fault in sensor.faults)
+            if prior == "constant" and total >= 1:
+                raise ConfigError(
+                    f"sensor {sensor.name!r}: expected probabilities of its faults that sum to "
+                    f"less than 1, got {total:g}"
+                )
+        return prior
+
+    def _memory(self, memory: float | None) -> float:
+        if memory is not None:
+            return checks.positive("memory", memory)
+        durations = [fault.duration or 0.0 for s in self.sensors for fault in s.faults]
+        return max(durations, default=0.0) or 1.0

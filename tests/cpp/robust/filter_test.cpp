@@ -1,0 +1,144 @@
+#include "surefix/robust/filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bits.hpp"
+#include "robust/faults.hpp"
+#include "surefix/desync/filter.hpp"
+
+namespace surefix::robust {
+namespace {
+
+using namespace test;
+
+using Speed = Filter<SpeedFaults, 64>;
+
+Speed speed_filter(Carry::Kind kind = Carry::Kind::merge, int components = 27) {
+  return {speed_setup(kind, components), broad(speed_system(), 20.0, 4.0), 0};
+}
+
+/// A measurement of each sensor ten times a second around 20 m/s, sensor 2 off by `bias`.
+template <class F>
+void push_step(F& filter, Random& random, int step, double bias = 0.0) {
+  const SpeedSystem system = speed_system();
+  for (int i = 0; i < 8; ++i)
+    for (int s = 0; s < 3; ++s) {
+      const Time valid = (step * 8 + i) * 100 * millisecond + (s + 1) * 7 * millisecond;
+      const double value = 20.0 + (s == 2 ? bias : 0.0) + system.sensor(s).sigma * random.normal();
+      EXPECT_EQ(filter.push(valid + system.sensor(s).latency, s, value, 0), Status::ok);
+    }
+}
+
+TEST(RobustFilter, WithoutFaultModesIsTheLinearFilter) {
+  const SpeedSystem system = speed_system();
+  using NoFaults = FaultSystem<SpeedSystem, 0>;
+  const std::vector<SensorModes> none(3);
+  FilterSetup<NoFaults> setup{NoFaults(system),
+                              {},
+                              {},
+                              {Carry::Kind::merge, 1, 0.0, 1.0},
+                              {{1.0, 0.0}, 1e-11, Sides::both}};
+  ASSERT_EQ(setup.system.make(none), ConfigStatus::ok);
+  ASSERT_EQ(setup.table.make(none, 3), ConfigStatus::ok);
+  ASSERT_EQ(setup.prior.make(ModePrior::Kind::chains, none), ConfigStatus::ok);
+  Filter<NoFaults, 64> robust(setup, broad(system), 0);
+  desync::Filter<SpeedSystem, 64> linear(system, broad(system), 0);
+  Random random(1), same(1);
+  for (int step = 0; step < 20; ++step) {
+    push_step(robust, random, step);
+    push_step(linear, same, step);
+    RobustEstimate estimate;
+    desync::StepError error;
+    const Time time = (step + 1) * 800 * millisecond;
+    ASSERT_EQ(robust.estimate(time, estimate), Status::ok);
+    ASSERT_EQ(linear.estimate(time, error), Status::ok);
+    const auto& belief = linear.state().belief;
+    for (int i = 0; i < 2; ++i) EXPECT_NEAR(estimate.x[i], belief.x(i), 1e-12);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(estimate.P[i], belief.P(i), 1e-12);
+    EXPECT_NEAR(estimate.sse, error.sse, 1e-10);
+    EXPECT_EQ(estimate.degrees, error.degrees);
+    EXPECT_NEAR(estimate.upper, belief.x(0) + 6.8065 * std::sqrt(belief.P(0, 0)), 1e-3);
+  }
+  EXPECT_NEAR(robust.recursion().log_likelihood(), linear.state().likelihood.value(), 1e-9);
+}
+
+TEST(RobustFilter, NamesTheFaultySensorAndHoldsTheTruth) {
+  for (const auto kind : {Carry::Kind::merge, Carry::Kind::cut, Carry::Kind::one_gaussian}) {
+    Speed filter = speed_filter(kind, 200);
+    Random random(2);
+    for (int step = 0; step < 20; ++step) {
+      const bool faulty = step >= 8 && step < 14;
+      push_step(filter, random, step, faulty ? 5.0 : 0.0);
+      RobustEstimate estimate;
+      ASSERT_EQ(filter.estimate((step + 1) * 800 * millisecond, estimate), Status::ok);
+      EXPECT_LT(estimate.lower, 20.0);
+      EXPECT_GT(estimate.upper, 20.0);
+      const double* modes = estimate.mode_probability + 2 * SensorModes::max_modes;
+      EXPECT_NEAR(modes[0] + modes[1] + modes[2], 1.0, 1e-12);
+      const double probability = modes[1] + modes[2];
+      EXPECT_GT(probability, faulty ? 0.99 : 0.0) << "step " << step;
+      EXPECT_LT(probability, step > 3 && step < 8 ? 0.05 : 1.0 + 1e-12) << "step " << step;
+    }
+  }
+}
+
+TEST(RobustFilter, ClaimsNoLimitsThatTheCutMassForbids) {
+  FilterSetup<SpeedFaults> setup = speed_setup(Carry::Kind::cut, 1);
+  Speed filter(setup, broad(speed_system(), 20.0, 4.0), 0);
+  Random random(3);
+  for (int step = 0; step < 3; ++step) {
+    push_step(filter, random, step);
+    RobustEstimate estimate;
+    ASSERT_EQ(filter.estimate((step + 1) * 800 * millisecond, estimate), Status::ok);
+    if (step == 0) continue;
+    EXPECT_GT(estimate.discarded, 1e-11);
+    EXPECT_EQ(estimate.lower, -std::numeric_limits<double>::infinity());
+    EXPECT_EQ(estimate.upper, std::numeric_limits<double>::infinity());
+  }
+}
+
+TEST(RobustFilter, CountsThePriorOfMoreFaultsThanTheTableHas) {
+  FilterSetup<SpeedFaults> setup = speed_setup();
+  ASSERT_EQ(setup.table.make(setup.system.modes(), 1), ConfigStatus::ok);
+  Speed filter(setup, broad(speed_system(), 20.0, 4.0), 0);
+  RobustEstimate estimate;
+  ASSERT_EQ(filter.estimate(800 * millisecond, estimate), Status::ok);
+  // Stationary: p healthy = 1/(1 + λ₁d₁ + λ₂d₂); what two or three faulty sensors have is cut.
+  const double healthy = 1.0 / (1.0 + 0.005 * 1.0 + 0.005 * 5.0), faulty = 1.0 - healthy;
+  EXPECT_NEAR(estimate.discarded, 3.0 * healthy * faulty * faulty + faulty * faulty * faulty,
+              1e-14);
+}
+
+TEST(RobustFilter, AnswersBadInputAndStaysAsItWas) {
+  Speed filter = speed_filter();
+  EXPECT_EQ(filter.push(0, 3, 1.0, 0), Status::unknown_sensor);
+  EXPECT_EQ(filter.push(0, 0, std::nan(""), 0), Status::not_finite);
+  EXPECT_EQ(filter.push(0, 0, 1e31, 0), Status::not_finite);
+  EXPECT_EQ(filter.push(-1, 0, 1.0, 0), Status::too_late);
+  EXPECT_EQ(filter.push(second, 0, 20.0, 0), Status::ok);
+  EXPECT_EQ(filter.push(second, 0, 20.0, 0), Status::repeated);
+  RobustEstimate estimate;
+  ASSERT_EQ(filter.estimate(second, estimate), Status::ok);
+  const double upper = estimate.upper;
+  RobustEstimate other;
+  EXPECT_EQ(filter.estimate(0, other), Status::time_backwards);
+  EXPECT_EQ(filter.recursion().time(), second);
+  ASSERT_EQ(filter.estimate(second, estimate), Status::ok);  // a step of no length changes nothing
+  EXPECT_NEAR(estimate.upper, upper, 1e-9);
+  EXPECT_EQ(filter.counters()[Status::not_finite], 2);
+}
+
+TEST(RobustFilter, TakesGrossValuesForOutages) {
+  Speed filter = speed_filter();
+  Random random(5);
+  push_step(filter, random, 0);
+  EXPECT_EQ(filter.push(750 * millisecond, 0, 1e29, 0), Status::ok);
+  RobustEstimate estimate;
+  ASSERT_EQ(filter.estimate(800 * millisecond, estimate), Status::ok);
+  EXPECT_NEAR(estimate.x[0], 20.0, 1.0);
+  EXPECT_GT(estimate.mode_probability[1], 0.999);
+  EXPECT_TRUE(std::isfinite(estimate.upper));
+}
+
+}  // namespace
+}  // namespace surefix::robust
