@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NARROWEST = 1 / 600  # of the window: a single step must not vanish in a long run
-SMALLEST = 1e-3  # probability that is drawn
+SMALLEST = 1e-2  # probability that is drawn
 ROW = 0.8  # height of a sensor's strip; they are 1 apart
 
 

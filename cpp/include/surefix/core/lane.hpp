@@ -3,7 +3,7 @@
 // (runs of a batch, modes, hypotheses) are updated by the same code, a pack at a time.
 #pragma once
 
-#include <Eigen/Core>
+#include "surefix/core/loop.hpp"
 
 namespace surefix {
 
@@ -16,8 +16,15 @@ using Pack = Eigen::Array<double, K, 1>;
   return value > 0.0 && value <= 1.7976931348623157e308;
 }
 template <int K>
-[[nodiscard]] bool positive(const Pack<K>& value) noexcept {
-  return (value > 0.0).all() && (value <= 1.7976931348623157e308).all();
+[[nodiscard]] SUREFIX_INLINE bool positive(const Pack<K>& value) noexcept {
+  // Without comparisons of lanes, which Eigen makes one by one: 0 · NaN and 0 · ∞ are not 0.
+  return (value * 0.0).sum() == 0.0 && value.minCoeff() > 0.0;
+}
+
+/// True if no lane is outside [low, high]; lanes that are NaN do not count.
+template <int K>
+[[nodiscard]] SUREFIX_INLINE bool within(const Pack<K>& value, double low, double high) noexcept {
+  return value.minCoeff() >= low && value.maxCoeff() <= high;
 }
 
 }  // namespace surefix

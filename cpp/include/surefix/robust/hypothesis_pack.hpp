@@ -20,6 +20,7 @@ class HypothesisPack {
   explicit HypothesisPack(const FaultSystem& system)
       : variance_(static_cast<std::size_t>(system.sensor_count())),
         used_(variance_.size()),
+        scale_(variance_.size()),
         walk_(variance_.size()) {
     belief_.x.resize(system.state_size());
     belief_.P.resize(system.state_size(), system.state_size());
@@ -38,7 +39,9 @@ class HypothesisPack {
       const auto k = static_cast<std::size_t>(s);
       const int mode = table.mode(h, s);
       variance_[k](l) = system.variance(s, mode);
-      used_[k](l) = system.modes(s)[mode].removes_rows() ? 0.0 : 1.0;
+      const bool removed = system.modes(s)[mode].removes_rows();
+      used_[k](l) = removed ? 0.0 : 1.0;
+      scale_[k](l) = removed ? 1.0 / removed_variance : 1.0;  // so that log S counts for nothing
       walk_[k](l) = 0.0;
       const int bias = system.drift_state(s), drifting = system.modes(s).drifting();
       if (bias < 0) continue;
@@ -100,19 +103,40 @@ class HypothesisPack {
 
   [[nodiscard]] bool absorb(const FaultSystem& system, const Measurement& m) noexcept {
     const auto s = static_cast<std::size_t>(m.sensor);
-    const auto reading = system.read(m.sensor, belief_.x);
-    const Lane innovation = m.value - reading.predicted;
-    const Lane sane = (innovation.abs() <= 2.0 * largest_value).select(innovation, Lane(0.0));
+    auto reading = system.read(m.sensor, belief_.x);
+    Lane innovation = m.value - reading.predicted;
     Innovation<Belief> out;
-    const bool updated = system.with_row(m.sensor, reading.at, [&](const auto& row) {
-      return update(belief_, row, variance_[s], sane, out);
-    });
-    if (!updated) return false;
-    const auto used = used_[s] > 0.0;
-    squares_ += used.select(innovation.square() / out.variance, Lane(0.0));
-    product_ *= used.select(out.variance, Lane(1.0));
-    if (!(product_ > 1e-100 && product_ < 1e100).all()) set_aside();
+    const auto try_update = [&] {
+      return system.with_row(m.sensor, reading.at, [&](const auto& row) SUREFIX_LAMBDA {
+        return update(belief_, row, variance_[s], innovation, out);
+      });
+    };
+    if (!try_update()) {
+      bury();
+      reading = system.read(m.sensor, belief_.x);
+      innovation = m.value - reading.predicted;
+      if (!try_update()) return false;
+    }
+    squares_ += used_[s] * (innovation.square() / out.variance);
+    product_ *= out.variance * scale_[s];
+    if (!within(product_, 1e-100, 1e100)) set_aside();
     return true;
+  }
+
+  /// A hypothesis that took a gross value for a healthy one may have overflowed: it is impossible,
+  /// and must not stop those beside it.
+  void bury() noexcept {
+    for (Eigen::Index l = 0; l < lanes; ++l) {
+      double sum = 0.0;
+      for (int j = 0; j < belief_.size(); ++j)
+        sum += std::abs(belief_.x(j)(l)) + std::abs(belief_.P(j, j)(l));
+      if (sum <= largest_value) continue;
+      squares_(l) = std::numeric_limits<double>::infinity();
+      for (int j = 0; j < belief_.size(); ++j) {
+        belief_.x(j)(l) = 0.0;
+        for (int i = 0; i < belief_.size(); ++i) belief_.P(i, j)(l) = 0.0;
+      }
+    }
   }
 
   void set_aside() noexcept {
@@ -121,7 +145,7 @@ class HypothesisPack {
   }
 
   Belief belief_;
-  std::vector<Lane> variance_, used_, walk_;  // of every sensor
+  std::vector<Lane> variance_, used_, scale_, walk_;  // of every sensor
   Lane squares_, log_determinant_, product_;
 };
 

@@ -101,12 +101,10 @@ class MeasurementTree {
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] std::uint64_t faults(std::size_t h) const noexcept { return faults_[h]; }
   /// The leaves as components, log-weights not normalised; `to` has room for `count`.
-  void store(Components& to) noexcept {
+  void store(Components& to) const noexcept {
     to.resize(count_);
     for (std::size_t k = 0; k < padded() / lanes; ++k) {
-      Node& node = nodes_[k];
-      settle(node);
-      node.log_weight -= 0.5 * node.squares;
+      const Node& node = nodes_[k];
       for (std::size_t h = k * lanes; h < std::min((k + 1) * lanes, count_); ++h)
         store(node, static_cast<Eigen::Index>(h % lanes), to, h);
     }
@@ -138,18 +136,20 @@ class MeasurementTree {
     }
     const auto reading = system.read(m.sensor, node.belief.x);
     const Lane innovation = m.value - reading.predicted;
-    const Lane sane = (innovation.abs() <= 2.0 * largest_value).select(innovation, Lane(0.0));
     Innovation<Belief> out;
     const bool updated = system.with_row(m.sensor, reading.at, node.belief,
                                          [&](const auto& row, auto& value) SUREFIX_LAMBDA {
-                                           return update(value, row, r, sane, out);
+                                           return update(value, row, r, innovation, out);
                                          });
     if (!updated) return false;
-    const auto kept = r < removed_variance;
-    const Lane square = kept.select(innovation.square() / out.variance, Lane(0.0));
+    Lane square = innovation.square() / out.variance, factor = out.variance * two_pi;
+    for (std::size_t l = healthy; l < lanes; ++l) {
+      square(static_cast<Eigen::Index>(l)) = 0.0;
+      factor(static_cast<Eigen::Index>(l)) = 1.0;
+    }
     node.squares += square;
-    node.product *= kept.select(out.variance * two_pi, Lane(1.0));
-    if (!(node.product > 1e-100 && node.product < 1e100).all()) settle(node);
+    node.product *= factor;
+    if (!within(node.product, 1e-100, 1e100)) settle(node);
     return true;
   }
 
@@ -158,14 +158,15 @@ class MeasurementTree {
     const int n = node.belief.size();
     double* x = to.x(h);
     double* P = to.P(h);
-    double sum = node.log_weight(l);
+    const double log_weight =
+        node.log_weight(l) - 0.5 * (node.squares(l) + std::log(node.product(l)));
+    double sum = log_weight;
     loop<System::size>(n, [&](int j) SUREFIX_LAMBDA {
       sum += x[j] = node.belief.x(j)(l);
       loop<System::size>(
           n, [&](int i) SUREFIX_LAMBDA { sum += P[j * n + i] = node.belief.P(i, j)(l); });
     });
-    to.log_weight(h) =
-        sum * 0.0 == 0.0 ? node.log_weight(l) : -std::numeric_limits<double>::infinity();
+    to.log_weight(h) = sum * 0.0 == 0.0 ? log_weight : -std::numeric_limits<double>::infinity();
     to.hypothesis(h) = 0;
     to.squares(h) = node.squares(l);
   }

@@ -1,0 +1,101 @@
+"""How often limits miss the truth, over many runs."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix.core.checks import FloatArray
+
+CONFIDENCE = 0.95
+T = TypeVar("T")
+
+
+class Limited(Protocol):
+    """A result with limits."""
+
+    @property
+    def time(self) -> FloatArray: ...
+    @property
+    def estimate(self) -> FloatArray: ...
+    @property
+    def lower(self) -> FloatArray: ...
+    @property
+    def upper(self) -> FloatArray: ...
+
+
+def outside(result: Limited, truth: Callable[[FloatArray], FloatArray]) -> npt.NDArray[np.bool_]:
+    """Where the truth is outside the limits (T,)."""
+    speed = truth(result.time)
+    return ~((result.lower <= speed) & (speed <= result.upper))
+
+
+def judge(
+    result: Limited, truth: Callable[[FloatArray], FloatArray], window: tuple[float, float]
+) -> dict[str, Any]:
+    """One run, by its estimates after ``window[0]`` and up to ``window[1]`` [s]."""
+    shown = (result.time > window[0] + 1e-9) & (result.time <= window[1] + 1e-9)
+    width = (result.upper - result.lower)[shown]
+    return {
+        "outside": outside(result, truth)[shown],
+        "width": width[np.isfinite(width)],
+        "error": float(np.abs(result.estimate - truth(result.time))[shown].max()),
+        "discarded": float(getattr(result, "discarded_mass", np.zeros(1)).max()),
+    }
+
+
+def summary(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """All runs of one configuration.
+
+    ``misleading_fraction``: share of the estimates whose limits miss the truth;
+    ``misleading_runs``: share of runs with any, below ``misleading_runs_at_most`` with 95 %
+    confidence (estimates of one run are not independent, runs are); ``available_fraction``: share
+    with two limits, over which ``mean_width`` and ``max_width`` go (null if none).
+    """
+    missed = np.concatenate([run["outside"] for run in runs])
+    width = np.concatenate([run["width"] for run in runs])
+    bad = sum(bool(run["outside"].any()) for run in runs)
+    return {
+        "seeds": len(runs),
+        "misleading_fraction": float(missed.mean()),
+        "misleading_runs": bad / len(runs),
+        "misleading_runs_at_most": upper_confidence(bad, len(runs)),
+        "mean_width": float(width.mean()) if len(width) else math.nan,
+        "max_width": float(width.max()) if len(width) else math.nan,
+        "available_fraction": len(width) / len(missed),
+        "max_error": max(run["error"] for run in runs),
+        "max_discarded_mass": max(run["discarded"] for run in runs),
+    }
+
+
+def upper_confidence(found: int, runs: int, confidence: float = CONFIDENCE) -> float:
+    """The largest share p for which ``found`` or fewer of ``runs`` still have the probability
+    1 − ``confidence`` (Clopper and Pearson)."""
+    low, high = found / runs, 1.0
+    while high - low > 1e-9 and found < runs:
+        p = (low + high) / 2
+        tail = sum(math.comb(runs, k) * p**k * (1 - p) ** (runs - k) for k in range(found + 1))
+        low, high = (p, high) if tail > 1 - confidence else (low, p)
+    return high
+
+
+def in_parallel(
+    work: Sequence[Callable[[], T]], progress: Callable[[int, int], None], jobs: int | None = None
+) -> list[T]:
+    """Results in the order of ``work``, two at a time by default: the engine lets other threads
+    run. ``progress`` is called with (done, total)."""
+    pool = ThreadPoolExecutor(jobs or min(2, os.cpu_count() or 1))
+    try:
+        futures = [pool.submit(task) for task in work]
+        for done, future in enumerate(as_completed(futures), start=1):
+            future.result()
+            progress(done, len(work))
+        return [future.result() for future in futures]
+    finally:
+        pool.shutdown(cancel_futures=True)
