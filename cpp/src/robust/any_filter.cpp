@@ -41,7 +41,7 @@ class FilterOf final : public AnyFilter {
 
   PreparedLog prepare(const desync::LogView& log, Status* status) const override {
     PreparedLog prepared;
-    prepared.sorted = desync::SortedLog(any_, log, status);
+    prepared.sorted = desync::SortedLog(any_, log, status, largest_value);
     const bool empty = prepared.sorted.size() == 0;
     prepared.start = start_.value_or(empty ? 0 : prepared.sorted[0].valid);
     prepared.distinct = prepared.sorted.distinct_times(prepared.start);

@@ -47,7 +47,7 @@ class RobustFilter:
     ``carry``: what lives from step to step. 'merge': Gaussians with their modes and biases, those
     in the same modes merged; 'cut': the heaviest ones; 'one': one Gaussian with the mixture's
     moments (the paper). ``components``: how many at most; by default as many as hypotheses, up to
-    128. ``cut``: mass that a step may leave out; what was left out stays in the risk over
+    128. ``cut``: mass that a step may leave out, by default a thousandth of the risk; what was left out stays in the risk over
     ``memory`` [s], by default the longest mean duration of a fault.
 
     ``risk``: probability, per estimate, that the truth is outside the limits, from 1e-15;
@@ -73,7 +73,7 @@ class RobustFilter:
         beam: int = 4096,
         carry: str = "merge",
         components: int | None = None,
-        cut: float = 1e-14,
+        cut: float | None = None,
         memory: float | None = None,
         capacity: int = 4096,
     ) -> None:
@@ -99,7 +99,7 @@ class RobustFilter:
         self.components = checks.whole(
             "components", min(count, 128) if components is None else components, 1, 4096
         )
-        self.cut = checks.not_negative("cut", cut)
+        self.cut = checks.not_negative("cut", self.risk / 1000 if cut is None else cut)
         if self.cut >= self.risk:
             raise ConfigError(f"cut: expected less than the risk {self.risk:g}, got {self.cut:g}")
         self.memory = self._memory(memory)
@@ -264,6 +264,7 @@ class RobustFilter:
             **settings(self.model, self.sensors), "carry": self.carry, "prior": self.prior,
             "common": [fault.settings() for fault in self.common], "components": self.components,
             "max_faults": self.max_faults, "cut": self.cut, "memory": self.memory,
+            "hypotheses": self.hypotheses,
         }  # fmt: skip
 
     def _beam(self, beam: int) -> int:
@@ -272,12 +273,12 @@ class RobustFilter:
                 f"hypotheses: expected 'sensor' or 'measurement', got {self.hypotheses!r}"
             )
         beam = checks.whole("beam", beam, 8, 1 << 20)
-        if beam % 4 or beam < 2 * (self.components + 3):
-            raise ConfigError(
-                "beam: expected a multiple of 4, at least twice the components and 6, "
-                f"{2 * self.components + 6}, got {beam}"
-            )
         if self.hypotheses == "measurement":
+            if beam % 4 or beam < 2 * (self.components + 3):
+                raise ConfigError(
+                    "beam: expected a multiple of 4, at least twice the components and 6, "
+                    f"{2 * self.components + 6}, got {beam}"
+                )
             only = all([f.label for f in s.faults] in ([], ["outage"]) for s in self.sensors)
             if self.prior != "constant" or not only:
                 raise ConfigError(

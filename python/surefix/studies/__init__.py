@@ -26,6 +26,14 @@ STUDIES = {
         "Bilenne 2004, table 2: the estimates do not depend on the rate of estimation",
         "surefix.studies.bilenne_table_2",
     ),
+    "bilenne-fig-1": Study(
+        "Bilenne 2004, figure 1: a GPS that freezes in a tunnel, and an outlier",
+        "surefix.studies.bilenne_fig_1",
+    ),
+    "bilenne-fig-2": Study(
+        "Bilenne 2004, figure 2: three radars that fail at once",
+        "surefix.studies.bilenne_fig_2",
+    ),
 }
 
 

@@ -34,7 +34,7 @@ def make_figure(
     figure = style.new_figure(12.0, 11.0)
     axes = figure.subplots(3, 2)
     failing = scenarios.collapse(seed, DRIFT)
-    what = f"two radars collapse, one drifts by {DRIFT:g} m/s²"
+    what = f"two radars collapse, radar 2 drifts by {DRIFT:g} m/s²"
     for panel, rate, kind, name in (
         (axes[0, 0], 10.0, "outage", "Outage alone (the paper), 10 Hz"),
         (axes[0, 1], 1.25, "outage", "Outage alone (the paper), 1.25 Hz"),
@@ -56,11 +56,11 @@ def make_figure(
     axes[1, 1].set_ylim(20.0, 36.0)
     shade(axes[1, 1], (scenarios.FAIL, scenarios.FAIL + scenarios.BRAKING), "the train brakes")
     _summary(axes[2, 0], numbers, "misleading_fraction", 100.0)
-    axes[2, 0].set_ylabel("truth outside the limits (% of the time)")
-    axes[2, 0].set_title("Misleading: limits claimed at 1 − 1e-11, the collapse", fontsize=10)
+    axes[2, 0].set_ylabel("share of the time (%)")
+    axes[2, 0].set_title("Limits claimed at 1 − 1e-11 that miss the truth", fontsize=10)
     _summary(axes[2, 1], numbers, "mean_width", 1.0)
-    axes[2, 1].set_ylabel("mean width of the limits (m/s)")
-    axes[2, 1].set_title("What it costs", fontsize=10)
+    axes[2, 1].set_ylabel("mean width (m/s)")
+    axes[2, 1].set_title("What it costs: width of the limits", fontsize=10)
     axes[2, 1].set_ylim(0.0, None)
     axes[2, 0].legend(frameon=False, fontsize=9)
     style.legend_above(figure, axes[0, 1], None)
@@ -76,5 +76,5 @@ def _summary(axes: Axes, numbers: dict[str, Any], what: str, factor: float) -> N
     for name, (label, colour, line) in LINES.items():
         values = np.array([numbers[f"{name} {drift:g}"][what] for drift in drifts], dtype=float)
         axes.plot(drifts, factor * values, line, color=colour, label=label, markersize=5)
-    axes.set_xlabel("drift of the third radar (m/s²)")
+    axes.set_xlabel("drift of radar 2 (m/s²)")
     style.clean(axes)

@@ -25,22 +25,31 @@ def draw_journey(
     window: tuple[float, float],
 ) -> None:
     """All estimates and measurements in ``window`` [s]."""
-    log, colours = result.log, style.sensor_colours(result.log.names)
+    log = result.log
+    names = tuple(sorted(log.names, reverse="wheel" in log.names))
+    colours = style.sensor_colours(names)
     inside = (log.time >= window[0]) & (log.time <= window[1])
     rejected = result.rejected if isinstance(result, RobustResult) else np.zeros(len(log), np.bool_)
-    for code, name in enumerate(log.names):
-        rows = inside & (log.code == code)
+    for name in names:
+        rows = inside & (log.code == log.names.index(name))
         for mask, marker, size in ((rows & ~rejected, ".", 5.0), (rows & rejected, "x", 4.0)):
             axes.plot(
                 log.time[mask], log.value[mask], marker, color=colours[name], markersize=size,
                 markeredgewidth=0 if marker == "." else 0.8, alpha=0.55 if marker == "." else 0.9,
                 linestyle="none", label=name if marker == "." else "_", zorder=2,
             )  # fmt: skip
-    axes.plot([], [], "x", color="#555555", markersize=5, label="rejected")
+    axes.plot(
+        [], [], "x", color="#555555", markersize=5, label="rejected by the likeliest hypothesis"
+    )
     shown = (result.time >= window[0]) & (result.time <= window[1])
     time = result.time[shown]
     axes.plot(
-        time, result.estimate[shown], color=style.ESTIMATE, linewidth=2.2, label="estimate", zorder=4
+        time,
+        result.estimate[shown],
+        color=style.ESTIMATE,
+        linewidth=2.2,
+        label="estimate",
+        zorder=4,
     )
     for i, bound in enumerate((result.lower, result.upper)):
         axes.plot(

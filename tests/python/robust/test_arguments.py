@@ -189,6 +189,11 @@ def test_as_many_hypotheses_as_there_may_be() -> None:
     assert len(few.mixture()["log_weight"]) == 1 + 16 * 3 + 120 * 9
 
 
+def test_as_many_components_as_there_may_be() -> None:
+    """The beam is for hypotheses per measurement, and asks nothing of others."""
+    assert make(components=4096).components == 4096
+
+
 def test_joint_chain_has_a_limit_of_its_own() -> None:
     with pytest.raises(sf.ConfigError, match=r"common: expected at most 256 hypotheses.*got 512"):
         with_sensors(sensors(9, 1), common=common({"s0": "noisy"}))

@@ -29,10 +29,12 @@ class SortedLog {
  public:
   SortedLog() = default;
 
-  /// Writes the status of every row: ok, or why it is not usable.
+  /// Writes the status of every row: ok, or why it is not usable. `largest`: magnitude of a value
+  /// beyond which it counts as not finite.
   template <class System>
-  SortedLog(const System& system, const LogView& log, Status* status)
-      : log_(log), latency_(static_cast<std::size_t>(system.sensor_count())) {
+  SortedLog(const System& system, const LogView& log, Status* status,
+            double largest = std::numeric_limits<double>::max())
+      : log_(log), largest_(largest), latency_(static_cast<std::size_t>(system.sensor_count())) {
     for (std::size_t s = 0; s < latency_.size(); ++s)
       latency_[s] = system.sensor(static_cast<int>(s)).latency;
     size_ = log.count;
@@ -69,16 +71,18 @@ class SortedLog {
   /// would otherwise wait for.
   [[nodiscard]] bool is_plain() const noexcept {
     using Bits = std::uint64_t;
-    constexpr Bits largest = Bits{max_time}, sign = Bits{1} << 63, lowest_exponent = Bits{1} << 52;
+    constexpr Bits last_time = Bits{max_time}, sign = Bits{1} << 63;
+    Bits largest;  // the bits of doubles are in the order of their magnitudes, Inf and NaN last
+    std::memcpy(&largest, &largest_, sizeof largest);
     const auto last_sensor = static_cast<std::uint32_t>(latency_.size()) - 1;
     Bits wrong = 0;
     std::uint32_t unknown = 0;
     for (std::size_t i = 0; i < log_.count; ++i) {
       Bits value;
       std::memcpy(&value, &log_.value[i], sizeof value);
-      wrong |= (value & ~sign) + lowest_exponent;  // carries out of the exponent of Inf and NaN
+      wrong |= largest - (value & ~sign);
       const auto stamp = static_cast<Bits>(log_.stamp[i]);
-      wrong |= (largest + stamp) | (largest - stamp);
+      wrong |= (last_time + stamp) | (last_time - stamp);
       const auto sensor = static_cast<std::uint32_t>(log_.sensor[i]);
       unknown |= sensor | (last_sensor - sensor);
     }
@@ -90,7 +94,7 @@ class SortedLog {
   [[nodiscard]] Status usable(std::size_t i) const noexcept {
     const std::int32_t s = log_.sensor[i];
     if (s < 0 || static_cast<std::size_t>(s) >= latency_.size()) return Status::unknown_sensor;
-    const bool finite = std::isfinite(log_.value[i]) && in_range(log_.stamp[i]);
+    const bool finite = std::abs(log_.value[i]) <= largest_ && in_range(log_.stamp[i]);
     return finite ? Status::ok : Status::not_finite;
   }
   [[nodiscard]] Measurement row(std::size_t i) const noexcept {
@@ -113,6 +117,7 @@ class SortedLog {
   }
 
   LogView log_{};
+  double largest_ = 0.0;
   std::vector<Time> latency_;
   std::vector<std::size_t> order_;  // rows in order; empty: all rows as they are
   std::size_t size_ = 0;

@@ -63,7 +63,6 @@ class BatchRun {
       const bool late =
           request.delay != desync::any_delay && sorted_.stamp(next) > time + request.delay;
       if (late) out_.status[m.id] = Status::too_late;
-      if (!usable(m.value)) out_.status[m.id] = Status::not_finite;
       if (out_.status[m.id] == Status::ok) step_.push_back(m);
     }
   }

@@ -48,6 +48,7 @@ class Evaluation {
         x_(request.a.size()),
         P_(request.a.size() * request.a.size()),
         modes_(static_cast<std::size_t>(recursion.table().sensors() * SensorModes::max_modes)),
+        mass_(static_cast<std::size_t>(recursion.table().count())),
         weight_(recursion.hypotheses().capacity()),
         mean_(weight_.size()),
         sigma_(weight_.size()) {}
@@ -58,7 +59,7 @@ class Evaluation {
     const int n = static_cast<int>(x_.size());
     moments(mixture, n, x_.data(), P_.data());
     mode_probabilities(mixture, recursion.table(), modes_.data());
-    const std::size_t best = heaviest(mixture);
+    const std::size_t best = most_probable(mixture, mass_);
     RobustEstimate out;
     out.x = x_.data();
     out.P = P_.data();
@@ -98,7 +99,7 @@ class Evaluation {
   [[nodiscard]] double a(int i) const noexcept { return request_.a[static_cast<std::size_t>(i)]; }
 
   LimitRequest request_;
-  std::vector<double> x_, P_, modes_, weight_, mean_, sigma_;
+  std::vector<double> x_, P_, modes_, mass_, weight_, mean_, sigma_;
 };
 
 }  // namespace surefix::robust

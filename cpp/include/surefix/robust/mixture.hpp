@@ -15,12 +15,12 @@ namespace surefix::robust {
   for (std::size_t c = 0; c < mixture.count(); ++c)
     largest = std::max(largest, mixture.log_weight(c));
   if (!(largest > -std::numeric_limits<double>::infinity())) return largest;
-  double sum = 0.0;
+  double sum = 0.0;  // in two steps: a weight of e^−1e16 keeps no digits of log Σ
   for (std::size_t c = 0; c < mixture.count(); ++c)
-    sum += std::exp(mixture.log_weight(c) - largest);
-  const double total = largest + std::log(sum);
-  for (std::size_t c = 0; c < mixture.count(); ++c) mixture.log_weight(c) -= total;
-  return total;
+    sum += std::exp(mixture.log_weight(c) -= largest);
+  const double rest = std::log(sum);
+  for (std::size_t c = 0; c < mixture.count(); ++c) mixture.log_weight(c) -= rest;
+  return largest + rest;
 }
 
 /// Mean (n) and covariance (n × n, column by column) of the first n states (eqs. 30-32).
@@ -55,11 +55,19 @@ inline void mode_probabilities(const Components& mixture, const ModeTable& table
   }
 }
 
-/// Index of the component with the largest weight, the first of equals.
-[[nodiscard]] inline std::size_t heaviest(const Components& mixture) noexcept {
+/// The most probable hypothesis, whatever the histories that lead to it: the index of the heaviest
+/// of its components. `mass`: scratch for every hypothesis of the table.
+[[nodiscard]] inline std::size_t most_probable(const Components& mixture,
+                                               std::vector<double>& mass) noexcept {
+  std::fill(mass.begin(), mass.end(), 0.0);
+  const auto of = [&](std::size_t c) { return static_cast<std::size_t>(mixture.hypothesis(c)); };
+  for (std::size_t c = 0; c < mixture.count(); ++c) mass[of(c)] += std::exp(mixture.log_weight(c));
   std::size_t best = 0;
-  for (std::size_t c = 1; c < mixture.count(); ++c)
-    if (mixture.log_weight(c) > mixture.log_weight(best)) best = c;
+  for (std::size_t c = 1; c < mixture.count(); ++c) {
+    const double more = mass[of(c)] - mass[of(best)];
+    const bool heavier = mixture.log_weight(c) > mixture.log_weight(best);
+    if (more > 0.0 || (of(c) == of(best) && heavier)) best = c;
+  }
   return best;
 }
 

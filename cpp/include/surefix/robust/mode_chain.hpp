@@ -30,6 +30,7 @@ class ModeChain {
         if (rate < 0.0) return ConfigStatus::negative;
         leave += rate;
       }
+      if (!std::isfinite(leave)) return ConfigStatus::not_finite;
       generator_[at(a, a)] = -leave;
       fastest_ = leave > fastest_ ? leave : fastest_;
     }

@@ -21,7 +21,9 @@ class ModeTable {
   /// `too_many_hypotheses` before anything is enumerated that would not fit.
   [[nodiscard]] ConfigStatus make(const std::vector<SensorModes>& sensors, int max_faults) {
     sensors_ = static_cast<int>(sensors.size());
-    complete_ = max_faults >= sensors_;
+    const auto fallible = std::count_if(sensors.begin(), sensors.end(),
+                                        [](const SensorModes& s) { return s.count() > 1; });
+    complete_ = max_faults >= fallible;
     modes_.clear();
     std::vector<std::uint8_t> row(sensors.size(), 0);
     return fill(sensors, 0, max_faults, row) ? ConfigStatus::ok : ConfigStatus::too_many_hypotheses;

@@ -88,8 +88,9 @@ class Recursion {
 
   /// Room for steps of so many measurements.
   void reserve(std::size_t max_measurements) {
-    if (max_measurements > plan_.capacity() || plan_.capacity() == 0)
-      plan_ = StepPlan<FaultSystem>(system_, max_measurements);
+    const std::size_t room = std::min(max_measurements, most_measurements);
+    if (room > plan_.capacity() || plan_.capacity() == 0)
+      plan_ = StepPlan<FaultSystem>(system_, room);
   }
 
   /// Starts at `time` from one Gaussian over the base system's states, nothing known of the modes.
@@ -115,6 +116,7 @@ class Recursion {
   /// On any status but ok nothing changes.
   [[nodiscard]] Status advance(const Measurement* measurements, std::size_t count,
                                Time to) noexcept {
+    if (count > plan_.capacity()) return Status::buffer_full;
     Status status = plan_.make(system_, measurements, count, state_.time, to, state_.last);
     if (status != Status::ok) return status;
     const double dt = seconds(to - state_.time);
@@ -284,6 +286,7 @@ class Recursion {
     return true;
   }
 
+  static constexpr std::size_t most_measurements = std::size_t{1} << 24;
   static constexpr std::size_t max_branches = 1 << 15;
 
   FaultSystem system_;
