@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+import hypotheses
 import surefix as sf
 import w1
 import w1_peers
@@ -124,7 +125,11 @@ def main() -> None:
     )
     if missing:
         print(f"not installed: {', '.join(missing)}")
-    report: dict[str, Any] = {"count": arguments.count, "w1": table, "import": imports}
+    robust = hypotheses.measure(ROOT / "build" / "bench")
+    hypotheses.show(robust)
+    report: dict[str, Any] = {
+        "count": arguments.count, "w1": table, "import": imports, "hypotheses": robust,
+    }  # fmt: skip
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     arguments.json.write_text(json.dumps(report, indent=2) + "\n")
     print(f"written: {arguments.json}")

@@ -11,6 +11,7 @@ from surefix.cli.demo import demo
 from surefix.cli.info import info
 from surefix.cli.run import run
 from surefix.cli.study import study
+from surefix.cli.validate import validate
 
 app = typer.Typer(
     name="surefix",
@@ -21,7 +22,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, run, study, info):
+for command in (demo, run, study, validate, info):
     app.command()(command)
 
 

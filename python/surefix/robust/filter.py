@@ -47,8 +47,8 @@ class RobustFilter:
     ``carry``: what lives from step to step. 'merge': Gaussians with their modes and biases, those
     in the same modes merged; 'cut': the heaviest ones; 'one': one Gaussian with the mixture's
     moments (the paper). ``components``: how many at most; by default as many as hypotheses, up to
-    128. ``cut``: mass that a step may leave out, by default a thousandth of the risk; what was left out stays in the risk over
-    ``memory`` [s], by default the longest mean duration of a fault.
+    128. ``cut``: mass that a step may leave out, by default a thousandth of the risk; what was left
+    out stays in the risk over ``memory`` [s], by default the longest mean duration of a fault.
 
     ``risk``: probability, per estimate, that the truth is outside the limits, from 1e-15;
     ``sides``: 'both', or all of the risk on 'lower' or 'upper'; ``direction`` (n,): limits on aᵀx,

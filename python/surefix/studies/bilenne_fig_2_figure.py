@@ -34,10 +34,10 @@ def make_figure(
     figure = style.new_figure(12.0, 11.0)
     axes = figure.subplots(3, 2)
     failing = scenarios.collapse(seed, DRIFT)
-    what = f"two radars collapse, radar 2 drifts by {DRIFT:g} m/s²"
+    what = f"radars 1 and 3 collapse, 2 drifts by {DRIFT:g} m/s²"
     for panel, rate, kind, name in (
-        (axes[0, 0], 10.0, "outage", "Outage alone (the paper), 10 Hz"),
-        (axes[0, 1], 1.25, "outage", "Outage alone (the paper), 1.25 Hz"),
+        (axes[0, 0], 10.0, "outage", "Outage alone (paper), 10 Hz"),
+        (axes[0, 1], 1.25, "outage", "Outage alone (paper), 1.25 Hz"),
         (axes[1, 0], 1.25, "carried", "Drift carried, 1.25 Hz"),
     ):
         result = make_filter(kind).run(failing.log, times=failing.times(rate))

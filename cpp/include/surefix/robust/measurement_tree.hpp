@@ -103,11 +103,7 @@ class MeasurementTree {
   /// The leaves as components, log-weights not normalised; `to` has room for `count`.
   void store(Components& to) const noexcept {
     to.resize(count_);
-    for (std::size_t k = 0; k < padded() / lanes; ++k) {
-      const Node& node = nodes_[k];
-      for (std::size_t h = k * lanes; h < std::min((k + 1) * lanes, count_); ++h)
-        store(node, static_cast<Eigen::Index>(h % lanes), to, h);
-    }
+    for (std::size_t h = 0; h < count_; h += lanes) store(nodes_[h / lanes], to, h);
   }
 
  private:
@@ -129,11 +125,21 @@ class MeasurementTree {
   [[nodiscard]] SUREFIX_INLINE bool absorb(const System& system, Node& node, const Measurement& m,
                                            double variance, std::size_t healthy,
                                            double log_healthy) noexcept {
-    Lane r = Lane(variance);
-    for (std::size_t l = healthy; l < lanes; ++l) {
-      r(static_cast<Eigen::Index>(l)) = removed_variance;
-      node.log_weight(static_cast<Eigen::Index>(l)) -= log_healthy;
+    if (healthy >= lanes) return absorb(system, node, m, variance, Lane(1.0), Lane(two_pi));
+    Lane r = Lane(variance), used = Lane(1.0), scale = Lane(two_pi);
+    for (auto l = static_cast<Eigen::Index>(healthy); l < lanes; ++l) {
+      r(l) = removed_variance;
+      used(l) = 0.0;
+      scale(l) = 1.0 / removed_variance;  // so that log S counts for nothing
+      node.log_weight(l) -= log_healthy;
     }
+    return absorb(system, node, m, r, used, scale);
+  }
+
+  template <class Variance>
+  [[nodiscard]] SUREFIX_INLINE bool absorb(const System& system, Node& node, const Measurement& m,
+                                           const Variance& r, const Lane& used,
+                                           const Lane& scale) noexcept {
     const auto reading = system.read(m.sensor, node.belief.x);
     const Lane innovation = m.value - reading.predicted;
     Innovation<Belief> out;
@@ -142,33 +148,33 @@ class MeasurementTree {
                                            return update(value, row, r, innovation, out);
                                          });
     if (!updated) return false;
-    Lane square = innovation.square() / out.variance, factor = out.variance * two_pi;
-    for (std::size_t l = healthy; l < lanes; ++l) {
-      square(static_cast<Eigen::Index>(l)) = 0.0;
-      factor(static_cast<Eigen::Index>(l)) = 1.0;
-    }
-    node.squares += square;
-    node.product *= factor;
+    node.squares += used * (innovation.square() / out.variance);
+    node.product *= out.variance * scale;
     if (!within(node.product, 1e-100, 1e100)) settle(node);
     return true;
   }
 
-  SUREFIX_INLINE static void store(const Node& node, Eigen::Index l, Components& to,
-                                   std::size_t h) noexcept {
+  /// The hypotheses of one pack, from the h-th on; one that overflowed has no weight.
+  SUREFIX_INLINE void store(const Node& node, Components& to, std::size_t h) const noexcept {
     const int n = node.belief.size();
-    double* x = to.x(h);
-    double* P = to.P(h);
-    const double log_weight =
-        node.log_weight(l) - 0.5 * (node.squares(l) + std::log(node.product(l)));
-    double sum = log_weight;
-    loop<System::size>(n, [&](int j) SUREFIX_LAMBDA {
-      sum += x[j] = node.belief.x(j)(l);
-      loop<System::size>(
-          n, [&](int i) SUREFIX_LAMBDA { sum += P[j * n + i] = node.belief.P(i, j)(l); });
-    });
-    to.log_weight(h) = sum * 0.0 == 0.0 ? log_weight : -std::numeric_limits<double>::infinity();
-    to.hypothesis(h) = 0;
-    to.squares(h) = node.squares(l);
+    Lane sum = node.squares;
+    loop<System::size>(
+        n, [&](int j) SUREFIX_LAMBDA { sum += node.belief.x(j) + node.belief.P(j, j); });
+    const Lane valid = sum * 0.0, log_weight = node.log_weight - 0.5 * node.squares;
+    const auto last = static_cast<Eigen::Index>(std::min<std::size_t>(lanes, count_ - h));
+    for (Eigen::Index l = 0; l < last; ++l) {
+      const std::size_t c = h + static_cast<std::size_t>(l);
+      double* x = to.x(c);
+      double* P = to.P(c);
+      loop<System::size>(n, [&](int j) SUREFIX_LAMBDA {
+        x[j] = node.belief.x(j)(l);
+        loop<System::size>(n, [&](int i) SUREFIX_LAMBDA { P[j * n + i] = node.belief.P(i, j)(l); });
+      });
+      to.log_weight(c) = valid(l) == 0.0 ? log_weight(l) - 0.5 * std::log(node.product(l))
+                                         : -std::numeric_limits<double>::infinity();
+      to.hypothesis(c) = 0;
+      to.squares(c) = node.squares(l);
+    }
   }
 
   static void settle(Node& node) noexcept {
