@@ -46,9 +46,10 @@ class RobustFilter:
 
     ``carry``: what lives from step to step. 'merge': Gaussians with their modes and biases, those
     in the same modes merged; 'cut': the heaviest ones; 'one': one Gaussian with the mixture's
-    moments (the paper). ``components``: how many at most; by default as many as hypotheses, up to
-    128. ``cut``: mass that a step may leave out, by default a thousandth of the risk; what was left
-    out stays in the risk over ``memory`` [s], by default the longest mean duration of a fault.
+    moments (the paper). ``components``: how many at most; by default four for every hypothesis, up
+    to 256 or one for each. ``cut``: mass that a step may leave out, by default a thousandth of the
+    risk; what was left out stays in the risk over ``memory`` [s], by default the longest mean
+    duration of a fault.
 
     ``risk``: probability, per estimate, that the truth is outside the limits, from 1e-15;
     ``sides``: 'both', or all of the risk on 'lower' or 'upper'; ``direction`` (n,): limits on aᵀx,
@@ -97,7 +98,10 @@ class RobustFilter:
             raise ConfigError(f"carry: expected one of {', '.join(CARRIES)}, got {carry!r}")
         self.carry = carry
         self.components = checks.whole(
-            "components", min(count, 128) if components is None else components, 1, 4096
+            "components",
+            min(max(count, min(4 * count, 256)), 4096) if components is None else components,
+            1,
+            4096,
         )
         self.cut = checks.not_negative("cut", self.risk / 1000 if cut is None else cut)
         if self.cut >= self.risk:
