@@ -386,6 +386,9 @@ CONFIG_FAULTS = """
 """
 
 CONFIG_TAIL = """
+[robust]
+components = 36      # one for each combination of modes; more are slower and a little wider
+
 [output]
 rate = 5.0           # Hz
 risk = 1e-11         # that the true speed lies outside the limits, per estimate
