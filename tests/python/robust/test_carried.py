@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import surefix as sf
@@ -38,8 +38,10 @@ def assert_same_groups(filter: sf.RobustFilter, expected: Mixture) -> None:
     groups = by_modes(found["modes"], found["log_weight"], found["x"], found["P"])
     for vector, (log_weight, x, P) in grouped(expected).items():
         assert groups[vector][0] == pytest.approx(log_weight, rel=1e-12, abs=1e-10)
-        assert state_error(groups[vector][1], x, P) <= 1e-9
-        assert covariance_error(groups[vector][2], P) <= 1e-9
+        # The larger the logarithm, the larger its rounding, and that of the shares in the group.
+        rounding = max(1e-9, 1e-13 * abs(log_weight))
+        assert state_error(groups[vector][1], x, P) <= rounding
+        assert covariance_error(groups[vector][2], P) <= rounding
 
 
 def assert_same_moments(estimate: sf.RobustEstimate, expected: Mixture) -> None:
@@ -58,6 +60,7 @@ def histories(
     )  # fmt: skip
 
 
+@example(seed=4_294_967_295, name="three states", pair=4)  # modes of log-weight −5e4
 @given(
     seed=st.integers(0, 2**32 - 1),
     name=st.sampled_from([*MODELS]),
