@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,12 +14,12 @@ from surefix.core import checks
 from surefix.core.checks import NANOSECONDS, to_nanoseconds
 from surefix.core.distributions import two_sided_quantile
 from surefix.core.models import Model
-from surefix.core.sensor import Sensor, make_system, sensor_tuple, state_names
+from surefix.core.sensor import Sensor, make_system, sensor_tuple
 from surefix.desync.estimate import Estimate
 from surefix.desync.result import Result
 from surefix.desync.saved import checked, settings
-from surefix.desync.times import estimation_times
-from surefix.errors import ConfigError, NumericalError
+from surefix.desync.stream import Stream, check_ended, check_estimated, float_or_nan
+from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 
 Status = enum.IntEnum("Status", {name: i for i, name in enumerate(_core.STATUS_NAMES)})  # type: ignore[misc]
@@ -31,7 +30,7 @@ MAX_CAPACITY = 1_000_000
 _NOISE_SCOPES = {None: 0, "step": 1, "journey": 2}
 
 
-class DesyncFilter:
+class DesyncFilter(Stream):
     """Bilenne's desynchronized filter (2004, table 1, corrected) as one scalar update per
     measurement.
 
@@ -43,6 +42,8 @@ class DesyncFilter:
     ``run`` filters a whole log and leaves the filter as it is; ``push`` and ``estimate`` stream.
     Both give the same bits. Raises ShapeError and ConfigError for what does not fit.
     """
+
+    _engine: _core.FilterEngine
 
     def __init__(
         self,
@@ -68,21 +69,6 @@ class DesyncFilter:
         self._engine = _core.FilterEngine(system, self.x0, self.P0, start_ns, self.capacity)
         self._pushes = 0
 
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of all states: the model's, then each sensor's scale and bias."""
-        return state_names(self.model, self.sensors)
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """How often each status was answered while streaming."""
-        return dict(zip(_core.STATUS_NAMES, self._engine.counters, strict=True))
-
-    @property
-    def log_likelihood(self) -> float:
-        """log p of all measurements used while streaming."""
-        return self._engine.log_likelihood
-
     def run(
         self,
         log: Log,
@@ -103,25 +89,12 @@ class DesyncFilter:
         Rows that cannot be used are counted in the result's ``counts``. Raises ConfigError for
         times that go backwards, NumericalError if an estimate overflows.
         """
-        if not isinstance(log, Log):
-            raise ConfigError(f"log: expected a Log, got {log!r}")
         if not isinstance(noise, (str, type(None))) or noise not in _NOISE_SCOPES:
             raise ConfigError(f"noise: expected 'step', 'journey' or None, got {noise!r}")
-        if delay is not None and rate is None and times is None:
-            raise ConfigError("delay: expected rate or times with it")
-        code = log.codes_for([sensor.name for sensor in self.sensors])
-        late = (
-            None
-            if delay is None
-            else checks.nanoseconds("delay", checks.not_negative("delay", delay))
-        )
-        wanted = estimation_times(log, self.sensors, self.start, rate, times)
+        code, wanted, late = self._request(log, rate, times, delay)
         out = self._engine.run(log.stamp, code, log.value, wanted, _NOISE_SCOPES[noise], late)
         time_s, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
-        if ended != "ok":
-            at = "?" if wanted is None else f"{wanted[made] / NANOSECONDS} s"
-            kind = ConfigError if ended in ("time_backwards", "off_grid") else NumericalError
-            raise kind(f"run: no estimate at {at}: {ended}")
+        check_ended(ended, wanted, made)
         return Result(
             time=time_s, x=x, P=P, sse=sse, degrees_of_freedom=degrees,
             log_likelihood=log_likelihood, status=status, noise=v, noise_variance=variance,
@@ -137,9 +110,9 @@ class DesyncFilter:
         """
         known = isinstance(sensor, str)
         index = next((i for i, s in enumerate(self.sensors) if known and s.name == sensor), -1)
-        seconds = _float_or_nan(time)
+        seconds = float_or_nan(time)
         stamp = to_nanoseconds(seconds) if abs(seconds) <= _core.MAX_SECONDS else NO_TIME
-        status = Status(self._engine.push(stamp, index, _float_or_nan(value), self._pushes))
+        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes))
         self._pushes += 1
         return status
 
@@ -151,10 +124,7 @@ class DesyncFilter:
         """
         stamp = checks.nanoseconds("time", time)
         status, x, P, sse, degrees = self._engine.estimate(stamp)
-        if status in ("time_backwards", "off_grid"):
-            raise ConfigError(f"time: no estimate at {time} s: {status}")
-        if status != "ok":
-            raise NumericalError(f"estimate: no estimate at {time} s: {status}")
+        check_estimated(status, time)
         centre = float(x[self.model.output])
         width = self._quantile * float(np.sqrt(P[self.model.output, self.model.output]))
         return Estimate(
@@ -210,11 +180,3 @@ class DesyncFilter:
         index = [old.index(s.name) if s.name in old else -1 for s in sensors]
         self._engine = self._engine.with_system(system, index)
         self.sensors = sensors
-
-
-def _float_or_nan(value: Any) -> float:
-    """A number, or NaN for what is none: a text, None, a list."""
-    try:
-        return math.nan if isinstance(value, (str, bytes)) else float(value)
-    except (TypeError, ValueError, OverflowError):
-        return math.nan

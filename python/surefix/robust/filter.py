@@ -14,11 +14,11 @@ from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import NANOSECONDS, FloatArray, to_nanoseconds
 from surefix.core.models import Model
-from surefix.core.sensor import Sensor, make_system, sensor_tuple, state_names
+from surefix.core.sensor import Sensor, make_system, sensor_tuple
 from surefix.desync.filter import MAX_CAPACITY, Status
 from surefix.desync.saved import settings
-from surefix.desync.times import estimation_times
-from surefix.errors import ConfigError, NumericalError
+from surefix.desync.stream import Stream, check_ended, check_estimated, float_or_nan
+from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 from surefix.robust.limits import side
 from surefix.robust.prior import CommonFault, common_tuple, joint_rates
@@ -29,7 +29,7 @@ CARRIES = {"one": 0, "merge": 1, "cut": 2}
 PRIORS = {"constant": 0, "chains": 1}
 
 
-class RobustFilter:
+class RobustFilter(Stream):
     """Fault hypotheses, their posterior mixture and its alert limits (Bilenne 2004, sections 3, 4,
     with faults that last).
 
@@ -55,6 +55,8 @@ class RobustFilter:
     ``sides``: 'both', or all of the risk on 'lower' or 'upper'; ``direction`` (n,): limits on aᵀx,
     by default the model's output. The other arguments are those of ``DesyncFilter``.
     """
+
+    _engine: _core.RobustEngine
 
     def __init__(
         self,
@@ -129,24 +131,9 @@ class RobustFilter:
         self._pushes = 0
 
     @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of all states but the biases of drifting sensors."""
-        return state_names(self.model, self.sensors)
-
-    @property
     def mode_names(self) -> tuple[tuple[str, ...], ...]:
         """Names of every sensor's modes, 'healthy' first."""
         return tuple(("healthy", *(f.label for f in s.faults)) for s in self.sensors)
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """How often each status was answered while streaming."""
-        return dict(zip(_core.STATUS_NAMES, self._engine.counters, strict=True))
-
-    @property
-    def log_likelihood(self) -> float:
-        """log p of all measurements used while streaming."""
-        return self._engine.log_likelihood
 
     def run(
         self,
@@ -160,24 +147,11 @@ class RobustFilter:
         ``DesyncFilter.run``. All measurements between two estimates are judged together: a lower
         rate gives the hypotheses more evidence, and each estimate comes later.
         """
-        if not isinstance(log, Log):
-            raise ConfigError(f"log: expected a Log, got {log!r}")
-        if delay is not None and rate is None and times is None:
-            raise ConfigError("delay: expected rate or times with it")
-        code = log.codes_for([sensor.name for sensor in self.sensors])
-        late = (
-            None
-            if delay is None
-            else checks.nanoseconds("delay", checks.not_negative("delay", delay))
-        )
-        wanted = estimation_times(log, self.sensors, self.start, rate, times)
+        code, wanted, late = self._request(log, rate, times, delay)
         single = self.hypotheses == "measurement"
         out = self._engine.run(log.stamp, code, log.value, wanted, late, single)
         ended, made = out.pop("ended"), out.pop("estimates")
-        if ended != "ok":
-            at = f"{wanted[made] / NANOSECONDS} s" if wanted is not None else f"number {made}"
-            kind = ConfigError if ended in ("time_backwards", "off_grid") else NumericalError
-            raise kind(f"run: no estimate at {at}: {ended}")
+        check_ended(ended, wanted, made)
         most = max(len(names) for names in self.mode_names)
         for name in ("time", "x", "P", "lower", "upper", "mode_probability", "hypothesis",
                      "discarded_mass", "sse", "degrees_of_freedom"):  # fmt: skip
@@ -194,11 +168,7 @@ class RobustFilter:
         number = isinstance(time, (int, float, np.number)) and not isinstance(time, bool)
         inside = number and abs(time) <= _core.MAX_SECONDS
         stamp = to_nanoseconds(float(time)) if inside else NO_TIME
-        try:
-            reading = math.nan if isinstance(value, str) else float(value)
-        except (TypeError, ValueError):
-            reading = math.nan
-        status = Status(self._engine.push(stamp, index, reading, self._pushes))
+        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes))
         self._pushes += 1
         return status
 
@@ -211,10 +181,7 @@ class RobustFilter:
         stamp = checks.nanoseconds("time", time)
         out = self._engine.estimate(stamp)
         status = out.pop("status")
-        if status in ("time_backwards", "off_grid"):
-            raise ConfigError(f"time: no estimate at {time} s: {status}")
-        if status != "ok":
-            raise NumericalError(f"estimate: no estimate at {time} s: {status}")
+        check_estimated(status, time)
         most = max(len(names) for names in self.mode_names)
         modes = tuple(
             names[m] for names, m in zip(self.mode_names, out.pop("hypothesis")[0], strict=True)
