@@ -5,6 +5,7 @@
 #include "arrays.hpp"
 #include "surefix/desync/any_filter.hpp"
 #include "surefix/desync/composite_step.hpp"
+#include "waiting.hpp"
 
 namespace surefix::bindings {
 namespace {
@@ -73,16 +74,6 @@ py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_styl
 
 py::dict save(const AnyFilter& filter) {
   const SavedFilter saved = filter.save();
-  std::vector<Time> valid;
-  std::vector<std::int32_t> sensor;
-  std::vector<double> value;
-  std::vector<std::int64_t> id;
-  for (const Measurement& m : saved.waiting) {
-    valid.push_back(m.valid);
-    sensor.push_back(m.sensor);
-    value.push_back(m.value);
-    id.push_back(m.id);
-  }
   py::dict out;
   out["x"] = to_numpy(saved.belief.x);
   out["P"] = to_numpy(saved.belief.P);
@@ -92,7 +83,7 @@ py::dict save(const AnyFilter& filter) {
   out["likelihood"] = py::make_tuple(saved.likelihood.product, saved.likelihood.exponent,
                                      saved.likelihood.squares, saved.likelihood.count);
   out["counters"] = counts(saved.counters);
-  out["waiting"] = py::make_tuple(valid, sensor, value, id);
+  out["waiting"] = pack(saved.waiting);
   return out;
 }
 
@@ -110,12 +101,7 @@ const char* restore(AnyFilter& filter, const py::dict& in) {
   saved.likelihood = {std::get<0>(likelihood), std::get<1>(likelihood), std::get<2>(likelihood),
                       std::get<3>(likelihood)};
   saved.counters.restore(in["counters"].cast<std::array<std::int64_t, status_count>>());
-  const auto waiting = in["waiting"]
-                           .cast<std::tuple<std::vector<Time>, std::vector<std::int32_t>,
-                                            std::vector<double>, std::vector<std::int64_t>>>();
-  for (std::size_t i = 0; i < std::get<0>(waiting).size(); ++i)
-    saved.waiting.push_back({std::get<0>(waiting)[i], std::get<2>(waiting).at(i),
-                             std::get<3>(waiting).at(i), std::get<1>(waiting).at(i)});
+  saved.waiting = unpack(in["waiting"]);
   return name(filter.restore(saved));
 }
 

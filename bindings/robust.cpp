@@ -3,6 +3,7 @@
 #include "arrays.hpp"
 #include "surefix/robust/alert_limits.hpp"
 #include "surefix/robust/any_filter.hpp"
+#include "waiting.hpp"
 
 namespace surefix::bindings {
 namespace {
@@ -174,19 +175,10 @@ py::dict save(const AnyFilter& filter) {
   const SavedFilter saved = filter.save();
   const MixtureState& state = saved.state;
   std::vector<bool> known;
-  std::vector<double> last, value;
-  std::vector<Time> valid;
-  std::vector<std::int32_t> sensor;
-  std::vector<std::int64_t> id;
+  std::vector<double> last;
   for (const LastValue& l : state.last) {
     known.push_back(l.known);
     last.push_back(l.value);
-  }
-  for (const Measurement& m : saved.waiting) {
-    valid.push_back(m.valid);
-    sensor.push_back(m.sensor);
-    value.push_back(m.value);
-    id.push_back(m.id);
   }
   py::dict out;
   out["components"] = mixture(state.components, filter.table());
@@ -198,7 +190,7 @@ py::dict save(const AnyFilter& filter) {
   out["oldest"] = saved.oldest;
   out["started"] = saved.started;
   out["counters"] = py::tuple(py::cast(saved.counters.all()));
-  out["waiting"] = py::make_tuple(valid, sensor, value, id);
+  out["waiting"] = pack(saved.waiting);
   return out;
 }
 
@@ -243,13 +235,7 @@ const char* restore(AnyFilter& filter, const py::dict& in) {
   saved.oldest = in["oldest"].cast<Time>();
   saved.started = in["started"].cast<bool>();
   saved.counters.restore(in["counters"].cast<std::array<std::int64_t, status_count>>());
-  const auto waiting = in["waiting"]
-                           .cast<std::tuple<std::vector<Time>, std::vector<std::int32_t>,
-                                            std::vector<double>, std::vector<std::int64_t>>>();
-  saved.waiting.clear();
-  for (std::size_t i = 0; i < std::get<0>(waiting).size(); ++i)
-    saved.waiting.push_back({std::get<0>(waiting)[i], std::get<2>(waiting).at(i),
-                             std::get<3>(waiting).at(i), std::get<1>(waiting).at(i)});
+  saved.waiting = unpack(in["waiting"]);
   return name(filter.restore(saved));
 }
 
@@ -260,11 +246,8 @@ py::tuple alert_limits(const Array& weight, const Array& mean, const Array& sigm
     throw std::invalid_argument("weights, means, sigmas: expected one length");
   const TailMixture tails{weight.data(), mean.data(), sigma.data(),
                           static_cast<std::size_t>(weight.size())};
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  const auto side = static_cast<Sides>(sides);
-  const double tail = side == Sides::both ? 0.5 * risk : risk;
-  return py::make_tuple(side == Sides::upper ? -infinity : lower_limit(tails, tail),
-                        side == Sides::lower ? infinity : upper_limit(tails, tail));
+  const AlertLimits limits = find_limits(tails, risk, static_cast<Sides>(sides));
+  return py::make_tuple(limits.lower, limits.upper);
 }
 
 }  // namespace
@@ -272,6 +255,7 @@ py::tuple alert_limits(const Array& weight, const Array& mean, const Array& sigm
 void bind_robust(py::module_& module) {
   module.attr("MAX_MODES") = static_cast<int>(SensorModes::max_modes);
   module.attr("MAX_HYPOTHESES") = static_cast<int>(ModeTable::max_hypotheses);
+  module.attr("MAX_MEASUREMENTS") = static_cast<int>(PerMeasurement::max_measurements);
   module.attr("LARGEST_VALUE") = largest_value;
   module.def("alert_limits", &alert_limits, py::arg("weight"), py::arg("mean"), py::arg("sigma"),
              py::arg("risk"), py::arg("sides"));

@@ -20,6 +20,7 @@ from surefix.desync.filter import DesyncFilter, Status
 from surefix.desync.result import Result
 from surefix.desync.step_update import StepUpdate
 from surefix.errors import ConfigError, NumericalError, ShapeError, SurefixError
+from surefix.injection.fault import InjectedFault
 from surefix.log import Log
 from surefix.reading.log import read_log
 from surefix.robust.filter import RobustFilter
@@ -39,6 +40,7 @@ __all__ = [
     "Drifting",
     "Estimate",
     "Frozen",
+    "InjectedFault",
     "Interrupted",
     "LinearModel",
     "Log",

@@ -111,6 +111,7 @@ class CompositeEngine:
 
 MAX_MODES: int
 MAX_HYPOTHESES: int
+MAX_MEASUREMENTS: int
 LARGEST_VALUE: float
 
 def alert_limits(

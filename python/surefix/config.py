@@ -1,8 +1,8 @@
 """Configuration files: a TOML file that says which model, sensors and outputs a run has.
 
 Tables: ``[model]``, ``[initial]``, ``[[sensor]]``, and optionally ``[robust]``, ``[[common]]``,
-``[log]``, ``[output]`` and ``[reference]``. Every key that is not known, is missing or has the
-wrong type is a ConfigError that names the file and the key.
+``[log]``, ``[output]``, ``[reference]`` and ``[inject]``. Every key that is not known, is missing
+or has the wrong type is a ConfigError that names the file and the key.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from surefix.core.sensor import Sensor
 from surefix.desync.filter import DesyncFilter
 from surefix.desync.result import Result
 from surefix.errors import ConfigError, SurefixError
+from surefix.injection.draw import Sizes
 from surefix.log import Log
 from surefix.reading.columns import Progress
 from surefix.reading.log import read_log
@@ -78,6 +79,7 @@ class Config:
     reference: Reference | None = None
     robust: Robust = field(default_factory=Robust)
     common: tuple[CommonFault, ...] = ()
+    inject: Sizes = field(default_factory=Sizes)
 
     def make_filter(self) -> DesyncFilter | RobustFilter:
         """The filter that this configuration describes: robust if a sensor has faults."""
@@ -146,6 +148,7 @@ def load_config(path: str | Path) -> Config:
         log=log.make(LogColumns, {}, _LOG), output=_output(output), reference=reference,
         robust=read_robust(Table(path, "[robust]", tables.get("robust", {}))),
         common=tuple(common),
+        inject=Table(path, "[inject]", tables.get("inject", {})).make(Sizes, {}, _INJECT),
     )  # fmt: skip
     try:
         config.make_filter()  # what concerns several tables: equal names, sizes
@@ -212,7 +215,7 @@ _TABLES: dict[str, Kind] = {
     "sensor": toml.tables("each headed [[sensor]]"),
 }
 _TABLES_OPTIONS: dict[str, Kind] = {
-    **dict.fromkeys(("robust", "log", "output", "reference"), toml.table),
+    **dict.fromkeys(("robust", "log", "output", "reference", "inject"), toml.table),
     "common": toml.tables("each headed [[common]]"),
 }
 _STATES: dict[str, Kind] = {"names": toml.texts, "reads": toml.whole}
@@ -247,4 +250,8 @@ _LOG: dict[str, Kind] = {
 _OUTPUT: dict[str, Kind] = {
     **dict.fromkeys(("rate", "risk", "false_alarm", "delay"), toml.number),
     "noise": toml.text,
+}
+_INJECT: dict[str, Kind] = {
+    "duration": toml.number,
+    **dict.fromkeys(("jump", "ramp", "scale"), toml.numbers),
 }

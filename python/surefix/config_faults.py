@@ -89,7 +89,7 @@ _PRIOR = _numbers("probability", "rate", "duration")
 _MODES: dict[str, tuple[Callable[..., FaultMode], dict[str, Kind], dict[str, Kind]]] = {
     "outage": (Outage, _numbers("span"), _PRIOR),
     "frozen": (Frozen, _numbers("resolution", "span"), {**_PRIOR, **_numbers("change")}),
-    "drifting": (Drifting, _numbers("sigma", "walk"), _PRIOR),
+    "drifting": (Drifting, _numbers("sigma", "walk"), {**_PRIOR, **_numbers("factor")}),
     "noisy": (Noisy, _numbers("factor"), _PRIOR),
     "interrupted": (Interrupted, {}, {**_PRIOR, **_numbers("factor")}),
 }

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import surefix as sf
-from surefix.studies import STUDIES, bilenne_fig_1, bilenne_fig_2, misleading, scenarios
+from surefix import misleading
+from surefix.parallel import in_parallel
+from surefix.studies import STUDIES, bilenne_fig_1, bilenne_fig_2, scenarios
 
 pytest.importorskip("matplotlib")
 
@@ -118,14 +120,14 @@ def test_work_in_parallel_keeps_its_order_and_its_errors() -> None:
         calls.append((done, total))
 
     work = [lambda i=i: i * i for i in range(20)]
-    assert misleading.in_parallel(work, report) == [i * i for i in range(20)]
+    assert in_parallel(work, report) == [i * i for i in range(20)]
     assert calls == [(i, 20) for i in range(1, 21)]
 
     def fails() -> int:
         raise sf.ConfigError("refused")
 
     with pytest.raises(sf.ConfigError, match="refused"):
-        misleading.in_parallel([fails, *work], report)
+        in_parallel([fails, *work], report)
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ bool square_root(const MatrixXd& S, MatrixXd& A) {
     Index pivot = -1;
     double largest = rounding, smallest = 0.0;
     for (Index i = 0; i < n; ++i) {
-      if (S(i, i) < 0.0) return false;
+      if (S(i, i) < 0.0 || (S(i, i) == 0.0 && !S.row(i).isZero(0.0))) return false;
       const double part = S(i, i) > 0.0 ? rest(i, i) / S(i, i) : 0.0;
       smallest = std::min(smallest, part);
       if (part > largest) largest = part, pivot = i;

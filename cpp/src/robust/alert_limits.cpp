@@ -145,6 +145,13 @@ double lower_limit(const TailMixture& mixture, double tail) noexcept {
   return -limit({mixture, -1.0}, tail);
 }
 
+AlertLimits find_limits(const TailMixture& mixture, double risk, Sides sides) noexcept {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const double tail = sides == Sides::both ? 0.5 * risk : risk;
+  return {sides == Sides::upper ? -infinity : lower_limit(mixture, tail),
+          sides == Sides::lower ? infinity : upper_limit(mixture, tail)};
+}
+
 double per_estimate(double risk, double exposures) noexcept {
   if (!(risk >= 0.0 && risk <= 1.0 && exposures > 0.0)) {
     return std::numeric_limits<double>::quiet_NaN();

@@ -88,6 +88,7 @@ class FilterOf final : public AnyFilter {
 /// What each sensor's outage mode says of single outliers; any other mode is refused.
 ConfigStatus outlier_priors(const AnySettings& settings, PerMeasurement& out) {
   out.capacity = settings.tree;
+  out.max_outliers = settings.max_faults;
   for (const SensorModes& modes : settings.modes) {
     OutlierPrior prior{0.0, -std::numeric_limits<double>::infinity()};
     for (int m = 1; m < modes.count(); ++m) {

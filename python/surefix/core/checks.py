@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -66,6 +67,13 @@ def whole(name: str, value: Any, smallest: int, largest: int) -> int:
             f"{name}: expected a whole number from {smallest} to {largest}, got {value!r}"
         )
     return int(value)
+
+
+def one_of(name: str, value: Any, known: Sequence[str]) -> str:
+    """One of some words."""
+    if not isinstance(value, str) or value not in known:
+        raise ConfigError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
+    return value
 
 
 def time_constant(name: str, value: Any) -> float:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -20,13 +18,13 @@ from surefix.desync.saved import settings
 from surefix.desync.stream import Stream, check_ended, check_estimated, float_or_nan
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
+from surefix.robust import arguments
 from surefix.robust.limits import side
 from surefix.robust.prior import CommonFault, common_tuple, joint_rates
 from surefix.robust.result import RobustEstimate, RobustResult
 from surefix.robust.saved import checked
 
 CARRIES = {"one": 0, "merge": 1, "cut": 2}
-PRIORS = {"constant": 0, "chains": 1}
 
 
 class RobustFilter(Stream):
@@ -36,8 +34,8 @@ class RobustFilter(Stream):
     Every sensor's modes are 'healthy' and its ``faults``. ``prior``: 'chains', each sensor a Markov
     chain in continuous time from its modes' rates and durations, or 'constant', drawn anew in every
     step from their probabilities; by default chains where all modes have rates and durations.
-    ``common``: faults that several sensors share. ``max_faults``: how many sensors may be faulty at
-    once; the probability of more is taken from the risk.
+    ``common``: faults that several sensors share. ``max_faults``: how many sensors (or, below,
+    measurements of a step) may be faulty at once; the probability of more is taken from the risk.
 
     ``hypotheses``: 'sensor', a mode for every sensor and step; or 'measurement', each measurement
     healthy or an outlier on its own (2^N in a step of N ≤ 64), from each sensor's Outage with its
@@ -89,16 +87,16 @@ class RobustFilter(Stream):
         self.risk = checks.probability("risk", risk)
         self.sides = sides
         self.direction = self._direction(direction)
+        self.hypotheses = checks.one_of("hypotheses", hypotheses, ("sensor", "measurement"))
+        tree = self.hypotheses == "measurement"
+        most = _core.MAX_MEASUREMENTS if tree else len(self.sensors)
         self.max_faults = checks.whole(
-            "max_faults", len(self.sensors) if max_faults is None else max_faults, 0,
-            len(self.sensors),
-        )  # fmt: skip
-        count = self._hypotheses()
-        self.prior = self._prior(prior)
+            "max_faults", most if max_faults is None else max_faults, 0, most
+        )
+        count = arguments.hypotheses(self.sensors, min(self.max_faults, len(self.sensors)))
+        self.prior = arguments.prior(self.sensors, prior)
         self.common = common_tuple(common)
-        if not isinstance(carry, str) or carry not in CARRIES:
-            raise ConfigError(f"carry: expected one of {', '.join(CARRIES)}, got {carry!r}")
-        self.carry = carry
+        self.carry = checks.one_of("carry", carry, tuple(CARRIES))
         self.components = checks.whole(
             "components",
             min(max(count, min(4 * count, 256)), 4096) if components is None else components,
@@ -108,22 +106,21 @@ class RobustFilter(Stream):
         self.cut = checks.not_negative("cut", self.risk / 1000 if cut is None else cut)
         if self.cut >= self.risk:
             raise ConfigError(f"cut: expected less than the risk {self.risk:g}, got {self.cut:g}")
-        self.memory = self._memory(memory)
+        self.memory = arguments.memory(self.sensors, memory)
         self.capacity = checks.whole("capacity", capacity, 1, MAX_CAPACITY)
         rates: list[float] = []
-        kind = PRIORS[self.prior]
+        kind = arguments.PRIORS[self.prior]
         if self.common:
             if self.prior != "chains" or self.max_faults < len(self.sensors):
                 raise ConfigError("common: expected prior 'chains' and no max_faults with it")
             rates, kind = joint_rates(self.sensors, self.common), 2
-        self.hypotheses = hypotheses
-        self.beam = self._beam(beam)
+        self.beam = arguments.beam(self.sensors, beam, self.components, self.prior, tree)
         modes = [[fault.engine() for fault in sensor.faults] for sensor in self.sensors]
         try:
             self._engine = _core.RobustEngine(
                 system, self.x0, self.P0, modes, self.max_faults, kind, rates, CARRIES[carry],
                 self.components, self.cut, self.memory, self.direction.tolist(), self.risk,
-                side("sides", sides), self.beam if hypotheses == "measurement" else 0,
+                side("sides", sides), self.beam if tree else 0,
                 None if start is None else checks.nanoseconds("start", start), self.capacity,
             )  # fmt: skip
         except ValueError as error:  # 1 / duration overflows, for example
@@ -238,25 +235,6 @@ class RobustFilter(Stream):
             "hypotheses": self.hypotheses,
         }  # fmt: skip
 
-    def _beam(self, beam: int) -> int:
-        if self.hypotheses not in ("sensor", "measurement"):
-            raise ConfigError(
-                f"hypotheses: expected 'sensor' or 'measurement', got {self.hypotheses!r}"
-            )
-        beam = checks.whole("beam", beam, 8, 1 << 20)
-        if self.hypotheses == "measurement":
-            if beam % 4 or beam < 2 * (self.components + 3):
-                raise ConfigError(
-                    "beam: expected a multiple of 4, at least twice the components and 6, "
-                    f"{2 * self.components + 6}, got {beam}"
-                )
-            only = all([f.label for f in s.faults] in ([], ["outage"]) for s in self.sensors)
-            if self.prior != "constant" or not only:
-                raise ConfigError(
-                    "hypotheses: 'measurement' needs prior 'constant' and no fault but an Outage"
-                )
-        return beam
-
     def _direction(self, direction: npt.ArrayLike | None) -> FloatArray:
         n = len(self.state_names)
         if direction is not None:
@@ -264,56 +242,3 @@ class RobustFilter(Stream):
         row: FloatArray = np.zeros(n)
         row[self.model.output] = 1.0
         return row
-
-    def _hypotheses(self) -> int:
-        """How many hypotheses there are, counted before anything is made."""
-        counts = [len(sensor.faults) for sensor in self.sensors]
-        for sensor in self.sensors:
-            if len(sensor.faults) >= _core.MAX_MODES:
-                raise ConfigError(
-                    f"sensor {sensor.name!r}, faults: expected at most {_core.MAX_MODES - 1}, "
-                    f"got {len(sensor.faults)}"
-                )
-        total = sum(
-            math.prod(chosen)
-            for size in range(self.max_faults + 1)
-            for chosen in itertools.combinations(counts, size)
-        )
-        if total > _core.MAX_HYPOTHESES:
-            raise ConfigError(
-                f"sensors: their modes make {total} hypotheses, expected at most "
-                f"{_core.MAX_HYPOTHESES}; max_faults limits them"
-            )
-        return total
-
-    def _prior(self, prior: str | None) -> str:
-        modes = [(s.name, fault) for s in self.sensors for fault in s.faults]
-        chains = all(fault.rate is not None and fault.duration is not None for _, fault in modes)
-        if prior is None:
-            prior = "chains" if chains else "constant"
-        if not isinstance(prior, str) or prior not in PRIORS:
-            raise ConfigError(f"prior: expected one of {', '.join(PRIORS)}, got {prior!r}")
-        for name, fault in modes:
-            lacks = (
-                "rate and duration"
-                if prior == "chains" and (fault.rate is None or fault.duration is None)
-                else "probability"
-                if prior == "constant" and fault.probability is None
-                else None
-            )
-            if lacks:
-                raise ConfigError(f"sensor {name!r}, {fault.label}: prior {prior!r} needs {lacks}")
-        for sensor in self.sensors:
-            total = sum(fault.probability or 0.0 for fault in sensor.faults)
-            if prior == "constant" and total >= 1:
-                raise ConfigError(
-                    f"sensor {sensor.name!r}: expected probabilities of its faults that sum to "
-                    f"less than 1, got {total:g}"
-                )
-        return prior
-
-    def _memory(self, memory: float | None) -> float:
-        if memory is not None:
-            return checks.positive("memory", memory)
-        durations = [fault.duration or 0.0 for s in self.sensors for fault in s.faults]
-        return max(durations, default=0.0) or 1.0

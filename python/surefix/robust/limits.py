@@ -39,9 +39,7 @@ def alert_limits(
 
 def side(name: str, sides: str) -> int:
     """The engine's number for a side."""
-    if not isinstance(sides, str) or sides not in SIDES:
-        raise ConfigError(f"{name}: expected one of {', '.join(SIDES)}, got {sides!r}")
-    return SIDES[sides]
+    return SIDES[checks.one_of(name, sides, tuple(SIDES))]
 
 
 def risk_per_estimate(risk_per_hour: float, exposures_per_hour: float) -> float:

@@ -66,13 +66,16 @@ class Drifting(FaultMode):
     """A bias of unknown size that wanders: a wheel that slips, a radar that collapses.
 
     ``sigma``: standard deviation of the bias when the fault begins [unit of the reading];
-    ``walk``: root density of the random walk it makes then [unit / √s].
+    ``walk``: root density of the random walk it makes then [unit / √s]; ``factor``: of the noise
+    variance while it lasts. Without one a sensor that drifts must be as quiet as a healthy one, and
+    when it is not, sensors that are well take the blame.
     """
 
     kind: ClassVar[int] = 5
     label: ClassVar[str] = "drifting"
     sigma: float
     walk: float
+    factor: float = 1.0
 
     def _check(self, name: str, value: Any) -> None:
         if name == "walk":

@@ -18,10 +18,11 @@ import numpy.typing as npt
 
 import surefix as sf
 from surefix import tables
+from surefix.misleading import judge, summary
+from surefix.parallel import in_parallel
 from surefix.robust.result import RobustResult
 from surefix.studies import scenarios, speed_faults
 from surefix.studies.bilenne_fig_1_figure import make_figure
-from surefix.studies.misleading import in_parallel, judge, summary
 
 RATE = 10.0  # Hz, of estimation
 GPS_RATES = (1.0, 5.0)  # Hz

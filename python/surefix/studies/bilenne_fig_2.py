@@ -16,9 +16,10 @@ import numpy as np
 
 import surefix as sf
 from surefix import tables
+from surefix.misleading import judge, summary
+from surefix.parallel import in_parallel
 from surefix.studies import scenarios, speed_faults
 from surefix.studies.bilenne_fig_2_figure import make_figure
-from surefix.studies.misleading import in_parallel, judge, summary
 
 RATES = (10.0, 5.0, 1.25)  # Hz
 DRIFTS = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0)  # m/s²

@@ -10,9 +10,9 @@ import numpy as np
 
 from surefix.core.checks import FloatArray
 from surefix.desync.result import Result
+from surefix.misleading import outside
 from surefix.plots import style
 from surefix.robust.result import RobustResult
-from surefix.studies.misleading import outside
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

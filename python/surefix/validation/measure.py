@@ -13,7 +13,7 @@ import surefix as sf
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.errors import ConfigError
-from surefix.studies.misleading import in_parallel
+from surefix.parallel import in_parallel
 from surefix.validation import importance
 from surefix.validation.condition import outside
 from surefix.validation.intervals import share_interval

@@ -135,6 +135,9 @@ TEST(CompositeStep, RefusesCovariancesThatAreNone) {
   bad.legs[1].Q(1, 1) = -1.0;
   EXPECT_EQ(answer(bad), Status::numerical);
   bad = good;
+  bad.P << 0.0, 1.0, 1.0, 1.0;  // a variance of zero with a covariance
+  EXPECT_EQ(answer(bad), Status::numerical);
+  bad = good;
   bad.z(0) = std::nan("");
   EXPECT_EQ(answer(bad), Status::numerical);
 }

@@ -57,6 +57,7 @@ class Drifting:
 
     b0: float  # standard deviation of b(0), in the unit of the reading
     bq: float  # in that unit per sqrt(s)
+    factor: float = 1.0  # of the variance of v, which may be larger while the sensor drifts
 
 
 Mode: TypeAlias = Healthy | Outage | Noisy | Interrupted | Frozen | Drifting
@@ -95,4 +96,4 @@ def log_removed(mode: Mode, sigma: float, value: float, last: float | None) -> f
 
 def noise_variance(mode: Mode, sigma: float) -> float:
     """Variance of the white noise of a measurement that stays in the step."""
-    return sigma**2 * (mode.factor if isinstance(mode, Noisy) else 1.0)
+    return sigma**2 * (mode.factor if isinstance(mode, Noisy | Drifting) else 1.0)

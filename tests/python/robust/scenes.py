@@ -49,8 +49,9 @@ def random_fault(rng: np.random.Generator, kind: str) -> FaultMode:
     if kind == "frozen":
         return sf.Frozen(resolution=0.01, span=80.0, change=float(rng.uniform(0.001, 0.1)), **prior)
     return sf.Drifting(
-        sigma=float(rng.uniform(0.5, 5)), walk=float(rng.choice([0.0, 0.7])), **prior
-    )
+        sigma=float(rng.uniform(0.5, 5)), walk=float(rng.choice([0.0, 0.7])),
+        factor=float(rng.choice([1.0, 30.0])), **prior,
+    )  # fmt: skip
 
 
 def twin(fault: FaultMode) -> oracle.Mode:
@@ -64,7 +65,7 @@ def twin(fault: FaultMode) -> oracle.Mode:
     if isinstance(fault, sf.Frozen):
         return oracle.Frozen(fault.change, fault.resolution, fault.span)
     assert isinstance(fault, sf.Drifting)
-    return oracle.Drifting(fault.sigma, fault.walk)
+    return oracle.Drifting(fault.sigma, fault.walk, fault.factor)
 
 
 @dataclass(frozen=True)

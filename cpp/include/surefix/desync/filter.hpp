@@ -2,6 +2,9 @@
 // are needed. No heap after construction (none at all with a fixed capacity).
 #pragma once
 
+#include <limits>
+
+#include "surefix/desync/intake.hpp"
 #include "surefix/desync/noise_estimate.hpp"
 #include "surefix/desync/recursion.hpp"
 #include "surefix/desync/step_buffer.hpp"
@@ -32,7 +35,10 @@ class Filter {
   /// valid after the last estimate. `id` is the caller's and comes back with its noise estimate.
   [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value,
                             std::int64_t id) noexcept {
-    const Status status = try_push(stamp, sensor, value, id);
+    const Intake intake{started_, state_.oldest, std::numeric_limits<double>::max()};
+    Measurement m;
+    Status status = admit(system_, intake, stamp, sensor, value, id, m);
+    if (status == Status::ok) status = buffer_.push(m);
     counters_.count(status);
     return status;
   }
@@ -108,15 +114,7 @@ class Filter {
   template <class T>
   using Storage = FixedOrReserved<T, Capacity>;
 
-  [[nodiscard]] Status try_push(Time stamp, std::int32_t sensor, double value,
-                                std::int64_t id) noexcept {
-    if (sensor < 0 || sensor >= system_.sensor_count()) return Status::unknown_sensor;
-    if (!std::isfinite(value) || !in_range(stamp)) return Status::not_finite;
-    const Time valid = stamp - system_.sensor(sensor).latency;
-    if (started_ && valid < state_.oldest) return Status::too_late;
-    return buffer_.push({valid, value, id, sensor});
-  }
-  /// What `try_push` would have said; the stamp itself is never formed, it might overflow.
+  /// What `admit` would have said; the stamp itself is never formed, it might overflow.
   [[nodiscard]] Status check_waiting(const Measurement& m, const State& state,
                                      bool started) const noexcept {
     if (m.sensor < 0 || m.sensor >= system_.sensor_count()) return Status::unknown_sensor;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace surefix::robust {
 
@@ -36,6 +37,18 @@ struct TailMixture {
 /// The largest L with lower_tail(L) ≤ tail: the upper limit of the mirrored mixture, mirrored, with
 /// the opposite infinities.
 [[nodiscard]] double lower_limit(const TailMixture& mixture, double tail) noexcept;
+
+/// Which side a limit is asked for; the whole risk belongs to it.
+enum class Sides : std::uint8_t { both, lower, upper };
+
+struct AlertLimits {
+  double lower;  ///< −∞: none was asked for, or none is available
+  double upper;  ///< +∞: as above
+};
+
+/// Limits at `risk`: half of it on each side, or all of it on one.
+[[nodiscard]] AlertLimits find_limits(const TailMixture& mixture, double risk,
+                                      Sides sides) noexcept;
 
 /// 1 − (1 − risk)^(1/exposures): the risk per estimate that leaves `risk` over a number of
 /// effective independent exposures, those in one hour for a risk per hour. NaN, for which no limit

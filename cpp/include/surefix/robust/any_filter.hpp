@@ -14,7 +14,7 @@ namespace surefix::robust {
 /// What a robust filter is told beside its system.
 struct AnySettings {
   std::vector<SensorModes> modes;  ///< of every sensor
-  int max_faults = 16;             ///< how many sensors may be faulty at once
+  int max_faults = 16;             ///< how many sensors, or measurements, may be faulty at once
   ModePrior::Kind prior = ModePrior::Kind::chains;
   std::vector<double> joint_rates;  ///< (R, R) for a joint chain [1/s]
   Carry carry;

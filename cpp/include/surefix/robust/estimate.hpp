@@ -8,9 +8,6 @@
 
 namespace surefix::robust {
 
-/// Which side a limit is asked for; the whole risk belongs to it.
-enum class Sides : std::uint8_t { both, lower, upper };
-
 /// Limits on aᵀx that the truth is outside of with probability `risk`.
 struct LimitRequest {
   std::vector<double> a;  ///< (n) of the base system's states
@@ -90,11 +87,10 @@ class Evaluation {
     const TailMixture tails{weight_.data(), mean_.data(), sigma_.data(), mixture.count()};
     // What was cut off may lie anywhere: its probability comes off the risk. Where nothing is left
     // the limits are infinite.
-    const double left = request_.risk - out.discarded;
-    const double tail = request_.sides == Sides::both ? 0.5 * left : left;
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    out.lower = request_.sides == Sides::upper ? -infinity : lower_limit(tails, tail);
-    out.upper = request_.sides == Sides::lower ? infinity : upper_limit(tails, tail);
+    const AlertLimits limits =
+        robust::find_limits(tails, request_.risk - out.discarded, request_.sides);
+    out.lower = limits.lower;
+    out.upper = limits.upper;
   }
   [[nodiscard]] double a(int i) const noexcept { return request_.a[static_cast<std::size_t>(i)]; }
 

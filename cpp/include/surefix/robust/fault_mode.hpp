@@ -8,7 +8,8 @@
 //   interrupted  rows removed                  log N(z; 0, C Υ_s) each
 //   frozen       rows removed                  log((1 − ε)/q) where the value repeats the last one
 //                                              within q/2, log(ε/span) where it does not
-//   drifting     a bias state, b₀² + b_q² τ    part of γ
+//   drifting     a bias state, b₀² + b_q² τ,   part of γ
+//                Υ_s ← C Υ_s
 #pragma once
 
 #include <array>
@@ -24,8 +25,8 @@ enum class FaultKind : std::uint8_t { healthy, outage, noisy, interrupted, froze
 /// One mode of one sensor. Only the parameters of its kind are read.
 struct FaultMode {
   FaultKind kind = FaultKind::healthy;
-  double span = 0.0;        ///< outage, frozen: width of the uniform density [unit of z]
-  double factor = 1.0;      ///< noisy, interrupted: C, the variance in units of the sensor's
+  double span = 0.0;    ///< outage, frozen: width of the uniform density [unit of z]
+  double factor = 1.0;  ///< noisy, interrupted, drifting: C, the variance in units of the sensor's
   double resolution = 0.0;  ///< frozen: q, step of the sensor's output [unit of z]
   double change = 0.0;      ///< frozen: ε, probability that a frozen value changes all the same
   double sigma = 0.0;       ///< drifting: b₀, of the bias when the fault begins [unit of z]
@@ -38,6 +39,11 @@ struct FaultMode {
   /// Whether the sensor's measurements say nothing about the state.
   [[nodiscard]] bool removes_rows() const noexcept {
     return kind == FaultKind::outage || kind == FaultKind::interrupted || kind == FaultKind::frozen;
+  }
+
+  /// Whether the noise variance of measurements that stay is C times the healthy one.
+  [[nodiscard]] bool changes_noise() const noexcept {
+    return kind == FaultKind::noisy || kind == FaultKind::drifting;
   }
 
   [[nodiscard]] ConfigStatus check() const noexcept {

@@ -18,9 +18,6 @@ namespace surefix::robust {
 inline constexpr double removed_variance = 1e60;
 inline constexpr double largest_value = 1e30;
 
-/// Whether a value is one that the engine computes with.
-[[nodiscard]] inline bool usable(double value) noexcept { return std::abs(value) <= largest_value; }
-
 /// `Drifts`: how many sensors can drift, or Eigen::Dynamic with at most `MaxDrifts`.
 template <class System, int Drifts, int MaxDrifts = Drifts>
 class FaultSystem {
@@ -66,7 +63,7 @@ class FaultSystem {
     const FaultMode& fault = modes(sensor)[mode];
     if (fault.removes_rows()) return removed_variance;
     const double sigma = system_.sensor(sensor).sigma;
-    return fault.kind == FaultKind::noisy ? fault.factor * sigma * sigma : sigma * sigma;
+    return fault.changes_noise() ? fault.factor * sigma * sigma : sigma * sigma;
   }
 
   /// What a sensor should read, bias included, and where that is linearised.

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "surefix/desync/intake.hpp"
 #include "surefix/desync/step_buffer.hpp"
 #include "surefix/robust/estimate.hpp"
 
@@ -43,7 +44,10 @@ class Filter {
   /// valid after the last estimate.
   [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value,
                             std::int64_t id) noexcept {
-    const Status status = try_push(stamp, sensor, value, id);
+    const desync::Intake intake{started_, oldest_, largest_value};
+    Measurement m;
+    Status status = admit(recursion_.system().base(), intake, stamp, sensor, value, id, m);
+    if (status == Status::ok) status = buffer_.push(m);
     counters_.count(status);
     return status;
   }
@@ -92,15 +96,6 @@ class Filter {
  private:
   [[nodiscard]] Time first_time(std::size_t ready, Time time) const noexcept {
     return ready > 0 ? buffer_[0].valid : time;
-  }
-  [[nodiscard]] Status try_push(Time stamp, std::int32_t sensor, double value,
-                                std::int64_t id) noexcept {
-    const auto& system = recursion_.system().base();
-    if (sensor < 0 || sensor >= system.sensor_count()) return Status::unknown_sensor;
-    if (!usable(value) || !in_range(stamp)) return Status::not_finite;
-    const Time valid = stamp - system.sensor(sensor).latency;
-    if (started_ && valid < oldest_) return Status::too_late;
-    return buffer_.push({valid, value, id, sensor});
   }
 
   Recursion<FaultSystem> recursion_;

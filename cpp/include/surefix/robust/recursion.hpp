@@ -2,54 +2,16 @@
 // after it.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
-#include "surefix/robust/hypothesis_pack.hpp"
+#include "surefix/robust/branches.hpp"
+#include "surefix/robust/carry.hpp"
 #include "surefix/robust/measurement_tree.hpp"
 #include "surefix/robust/merge.hpp"
-#include "surefix/robust/mode_prior.hpp"
 #include "surefix/robust/reduction.hpp"
 
 namespace surefix::robust {
-
-/// How much of the mixture lives from step to step.
-struct Carry {
-  enum class Kind : std::uint8_t {
-    one_gaussian,  ///< mean and covariance, and the posterior of the modes; biases are drawn anew
-                   ///< in every step (the paper)
-    merge,         ///< components in the same modes are merged; the lightest are cut if need be
-    cut,           ///< the lightest are cut
-  };
-  Kind kind = Kind::merge;
-  int components = 32;  ///< at most, > 0
-  double cut = 1e-14;  ///< posterior mass that a step may cut off at will, ≥ 0; it is in the risk
-  double memory = 1.0;  ///< how long mass that was cut stays in the risk [s], > 0: see `discarded`
-
-  [[nodiscard]] ConfigStatus check() const noexcept {
-    if (components < 1 || !(memory > 0.0)) return ConfigStatus::not_positive;
-    if (!(cut >= 0.0)) return ConfigStatus::negative;
-    return cut < 1.0 ? ConfigStatus::ok : ConfigStatus::risk;
-  }
-};
-
-/// Hypotheses per measurement, in place of those per sensor: each measurement is healthy or an
-/// outlier on its own.
-struct PerMeasurement {
-  std::size_t capacity = 0;         ///< hypotheses at a time, a multiple of 4, ≥ 8; 0: per sensor
-  std::vector<OutlierPrior> prior;  ///< of every sensor
-};
-
-/// All that changes while a mixture is carried: a plain value.
-struct MixtureState {
-  Components components;        ///< at most as many as `Carry` says
-  std::vector<double> mode;     ///< posterior of every hypothesis, for one Gaussian
-  std::vector<LastValue> last;  ///< of every sensor
-  Time time = 0;                ///< at which the components hold [ns]
-  bool first = true;            ///< no step yet: nothing is known of the modes
-  double discarded = 0.0;       ///< see `Recursion::discarded`
-  double cut_last = 0.0;        ///< mass cut off after the last step
-  double log_likelihood = 0.0;
-};
 
 template <class FaultSystem>
 class Recursion {
@@ -63,17 +25,15 @@ class Recursion {
         prior_(prior),
         carry_(carry),
         per_measurement_(per_measurement),
-        pack_(system) {
+        branches_(system, room(table, carry, per_measurement)) {
     const auto R = static_cast<std::size_t>(table.count());
     const bool one = carry.kind == Carry::Kind::one_gaussian;
     const std::size_t K = one ? 1 : static_cast<std::size_t>(carry.components);
-    const bool tree = per_measurement.capacity > 0;
-    const std::size_t branches = tree ? per_measurement.capacity : std::min(K * R, max_branches);
-    if (tree) tree_ = MeasurementTree<Base>(system.base(), branches);
+    const std::size_t branches = room(table, carry, per_measurement);
+    if (per_measurement.capacity > 0) tree_ = MeasurementTree<Base>(system.base(), branches);
     const int n = system.state_size();
     state_.components = Components(n, K);
     hypotheses_ = next_ = Components(n, branches);
-    source_.resize(branches);
     order_.resize(std::max(branches, K + R));
     state_.mode.assign(R, 0.0);
     x_.resize(static_cast<std::size_t>(n));
@@ -180,86 +140,45 @@ class Recursion {
   [[nodiscard]] double discarded() const noexcept { return state_.discarded; }
 
  private:
-  /// Per measurement: adds to `lost` the mass that the tree had no room for.
+  /// How many hypotheses a step may have.
+  static std::size_t room(const ModeTable& table, const Carry& carry,
+                          const PerMeasurement& per_measurement) noexcept {
+    if (per_measurement.capacity > 0) return per_measurement.capacity;
+    const bool one = carry.kind == Carry::Kind::one_gaussian;
+    const auto K = static_cast<std::size_t>(one ? 1 : carry.components);
+    return std::min(K * static_cast<std::size_t>(table.count()), Branches<FaultSystem>::most);
+  }
+
+  /// Per measurement: adds to `lost` the mass that the tree had no room for, or that is not worth
+  /// the time.
   [[nodiscard]] Status grow(double& lost) noexcept {
-    if (plan_.count() > 64) return Status::buffer_full;
+    const std::size_t N = plan_.count();
+    if (N > PerMeasurement::max_measurements) return Status::buffer_full;
     tree_.start(state_.components);
-    for (std::size_t i = 0; i < plan_.count(); ++i) {
+    for (std::size_t i = 0; i < N; ++i) {
       const Measurement& m = plan_.measurement(i);
       const OutlierPrior& prior = per_measurement_.prior[static_cast<std::size_t>(m.sensor)];
       if (!tree_.grow(system_.base(), plan_.leg(i), m, static_cast<int>(i), prior, lost))
         return Status::numerical;
+      if (i + 1 == N || tree_.count() >= few) prune(N, lost);
     }
-    tree_.move(plan_.leg(plan_.count()));
+    tree_.move(plan_.leg(N));
     tree_.store(next_);
     return Status::ok;
+  }
+  void prune(std::size_t levels, double& lost) noexcept {
+    const TreeLimits limits{carry_.cut / static_cast<double>(levels * tree_.count()),
+                            per_measurement_.max_outliers};
+    const bool all = limits.worth == 0.0 && limits.max_outliers >= static_cast<int>(levels);
+    if (!all) tree_.prune(limits, lost);
   }
 
   /// Per sensor: adds to `lost` the prior mass of what was not run.
   [[nodiscard]] Status run_branches(double& lost) noexcept {
-    lost += branch();
-    return evaluate();
-  }
-
-  /// Every component under every hypothesis that its mode and the prior leave possible, with the
-  /// prior log-weight, into `next_`. Returns the mass of those not worth running.
-  double branch() noexcept {
-    const int R = table_.count();
-    const double total = static_cast<double>(state_.components.count()) * R;
-    const double worth =
-        carry_.cut > 0.0 ? std::log(carry_.cut / total) : -std::numeric_limits<double>::infinity();
-    double lost = 0.0;
-    std::size_t count = 0;
+    const double total = static_cast<double>(state_.components.count()) * table_.count();
     const bool carried = carry_.kind != Carry::Kind::one_gaussian || state_.first;
-    for (std::size_t c = 0; c < state_.components.count(); ++c) {
-      double possible = 0.0;
-      for (int h = 0; h < R; ++h) {
-        const double log_weight =
-            state_.components.log_weight(c) +
-            (carried ? prior_.log_probability(table_, state_.components.hypothesis(c), h)
-                     : log_prior_of_modes(h));
-        const double weight = std::exp(log_weight);
-        possible += weight;
-        if (!(log_weight > worth) || count == next_.capacity()) {
-          lost += weight;
-          continue;
-        }
-        next_.log_weight(count) = log_weight;
-        next_.hypothesis(count) = h;
-        source_[count++] = static_cast<int>(c);
-      }
-      if (!table_.complete())  // more faults at once than the table has
-        lost += std::max(std::exp(state_.components.log_weight(c)) - possible, 0.0);
-    }
-    next_.resize(count);
-    return lost;
-  }
-
-  /// log Σ_a p(a | past) p(h | a) for the one Gaussian.
-  [[nodiscard]] double log_prior_of_modes(int h) const noexcept {
-    double sum = 0.0;
-    for (int a = 0; a < table_.count(); ++a) {
-      const double p = state_.mode[static_cast<std::size_t>(a)];
-      if (p > 0.0) sum += p * std::exp(prior_.log_probability(table_, a, h));
-    }
-    return std::log(sum);
-  }
-
-  [[nodiscard]] Status evaluate() noexcept {
-    constexpr std::size_t lanes = HypothesisPack<FaultSystem>::lanes;
-    const std::size_t count = next_.count();
-    for (std::size_t first = 0; first < count; first += lanes) {
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const std::size_t b = std::min(first + l, count - 1);  // the last one fills the pack
-        pack_.load(system_, table_, static_cast<int>(l), state_.components,
-                   static_cast<std::size_t>(source_[b]), next_.hypothesis(b));
-      }
-      const Status status = pack_.run(system_, plan_);
-      if (status != Status::ok) return status;
-      for (std::size_t l = 0; l < lanes && first + l < count; ++l)
-        pack_.store(system_, table_, plan_, static_cast<int>(l), next_, first + l);
-    }
-    return Status::ok;
+    lost += branches_.make(table_, prior_, state_, carried, std::log(carry_.cut / total), next_);
+    return branches_.run(system_, table_, plan_, state_.components, next_);
   }
 
   /// Makes the components of the next step; returns the mass cut off.
@@ -287,20 +206,20 @@ class Recursion {
   }
 
   static constexpr std::size_t most_measurements = std::size_t{1} << 24;
-  static constexpr std::size_t max_branches = 1 << 15;
+  static constexpr std::size_t few = 64;  // hypotheses of a tree that are not worth pruning
 
   FaultSystem system_;
   ModeTable table_;
   ModePrior prior_;
   Carry carry_;
   PerMeasurement per_measurement_;
-  HypothesisPack<FaultSystem> pack_;
+  Branches<FaultSystem> branches_;
   MeasurementTree<Base> tree_;
   StepPlan<FaultSystem> plan_;
   MixtureState state_;
   Components hypotheses_, next_, merged_;
   Merger merger_;
-  std::vector<int> source_, order_;
+  std::vector<int> order_;
   std::vector<double> x_, P_;
 };
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +12,6 @@ import numpy.typing as npt
 from surefix.core.checks import FloatArray
 
 CONFIDENCE = 0.95
-T = TypeVar("T")
 
 
 class Limited(Protocol):
@@ -36,11 +33,16 @@ def outside(result: Limited, truth: Callable[[FloatArray], FloatArray]) -> npt.N
     return ~((result.lower <= speed) & (speed <= result.upper))
 
 
+def within(result: Limited, window: tuple[float, float]) -> npt.NDArray[np.bool_]:
+    """Estimates after ``window[0]`` and up to ``window[1]`` [s] (T,)."""
+    return (result.time > window[0] + 1e-9) & (result.time <= window[1] + 1e-9)
+
+
 def judge(
     result: Limited, truth: Callable[[FloatArray], FloatArray], window: tuple[float, float]
 ) -> dict[str, Any]:
-    """One run, by its estimates after ``window[0]`` and up to ``window[1]`` [s]."""
-    shown = (result.time > window[0] + 1e-9) & (result.time <= window[1] + 1e-9)
+    """One run, by its estimates ``within`` a window."""
+    shown = within(result, window)
     width = (result.upper - result.lower)[shown]
     return {
         "outside": outside(result, truth)[shown],
@@ -83,19 +85,3 @@ def upper_confidence(found: int, runs: int, confidence: float = CONFIDENCE) -> f
         tail = sum(math.comb(runs, k) * p**k * (1 - p) ** (runs - k) for k in range(found + 1))
         low, high = (p, high) if tail > 1 - confidence else (low, p)
     return high
-
-
-def in_parallel(
-    work: Sequence[Callable[[], T]], progress: Callable[[int, int], None], jobs: int | None = None
-) -> list[T]:
-    """Results in the order of ``work``, two at a time by default: the engine lets other threads
-    run. ``progress`` is called with (done, total)."""
-    pool = ThreadPoolExecutor(jobs or min(2, os.cpu_count() or 1))
-    try:
-        futures = [pool.submit(task) for task in work]
-        for done, future in enumerate(as_completed(futures), start=1):
-            future.result()
-            progress(done, len(work))
-        return [future.result() for future in futures]
-    finally:
-        pool.shutdown(cancel_futures=True)
