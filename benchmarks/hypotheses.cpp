@@ -105,8 +105,7 @@ bool by_tree(const Problem& problem, MeasurementTree<SpeedSystem>& tree, const C
     if (!tree.grow(problem.system, problem.legs[i], problem.measurements[i], static_cast<int>(i),
                    {log_healthy, log_outlier}, lost))
       return false;
-  tree.move(problem.legs.back());
-  tree.store(all);
+  tree.finish(problem.legs.back(), all);
   return lost == 0.0;
 }
 

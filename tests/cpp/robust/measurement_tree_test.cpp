@@ -46,7 +46,7 @@ struct Grown {
       EXPECT_TRUE(tree.grow(system, leg, m, i, {std::log(0.99), std::log(0.01 / 50.0)}, lost));
       if (prune) tree.prune(limits, lost);
     }
-    tree.store(leaves);
+    tree.finish(Leg{0, {}}, leaves);
   }
   SpeedSystem system;
   MeasurementTree<SpeedSystem> tree;

@@ -59,7 +59,7 @@ class MeasurementTree {
     const std::size_t parents = count_;
     const bool whole = parents % lanes == 0;  // then children have packs of their own
     if (outliers && !whole) {
-      move(leg);
+      for (std::size_t k = 0; k < padded() / lanes; ++k) nodes_[k].move(leg);
       add_children(prior.log_outlier);
     }
     for (std::size_t k = 0; k < (parents + lanes - 1) / lanes; ++k) {
@@ -83,19 +83,18 @@ class MeasurementTree {
   /// Leaves out what `limits` allow; its mass is added to `lost`.
   void prune(const TreeLimits& limits, double& lost) noexcept { keep(limits, count_, lost); }
 
-  /// Goes on to the estimate.
-  template <class Leg>
-  void move(const Leg& leg) noexcept {
-    for (std::size_t k = 0; k < padded() / lanes; ++k) nodes_[k].move(leg);
-  }
-
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] std::uint64_t faults(std::size_t h) const noexcept { return faults_[h]; }
-  /// The leaves as components, log-weights not normalised; `to` has room for `count`.
-  void store(Components& to) const noexcept {
+  /// Goes on to the estimate, and gives the leaves as components, log-weights not normalised; `to`
+  /// has room for `count`.
+  template <class Leg>
+  void finish(const Leg& leg, Components& to) noexcept {
     to.resize(count_);
-    for (std::size_t h = 0; h < count_; h += lanes)
-      nodes_[h / lanes].store(to, h, std::min(lanes, count_ - h));
+    for (std::size_t h = 0; h < count_; h += lanes) {
+      Node& node = nodes_[h / lanes];
+      node.move(leg);
+      node.store(to, h, std::min(lanes, count_ - h));
+    }
   }
 
  private:

@@ -162,8 +162,7 @@ class Recursion {
         return Status::numerical;
       if (i + 1 == N || tree_.count() >= few) prune(N, lost);
     }
-    tree_.move(plan_.leg(N));
-    tree_.store(next_);
+    tree_.finish(plan_.leg(N), next_);
     return Status::ok;
   }
   void prune(std::size_t levels, double& lost) noexcept {
