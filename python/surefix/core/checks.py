@@ -15,6 +15,7 @@ from surefix.errors import ConfigError, ShapeError
 
 FloatArray = npt.NDArray[np.float64]
 AnyArray = TypeVar("AnyArray", bound=npt.NDArray[Any])
+T = TypeVar("T")
 
 NANOSECONDS = 1e9
 
@@ -74,6 +75,18 @@ def one_of(name: str, value: Any, known: Sequence[str]) -> str:
     if not isinstance(value, str) or value not in known:
         raise ConfigError(f"{name}: expected one of {', '.join(known)}, got {value!r}")
     return value
+
+
+def tuple_of(name: str, values: Any, kind: type[T], what: str) -> tuple[T, ...]:
+    """A tuple of objects of one kind; ``what`` are they called?"""
+    try:
+        given = tuple(values)
+    except TypeError:
+        raise ConfigError(f"{name}: expected a sequence of {what}, got {values!r}") from None
+    for value in given:
+        if not isinstance(value, kind):
+            raise ConfigError(f"{name}: expected {what}, got {value!r}")
+    return given
 
 
 def time_constant(name: str, value: Any) -> float:

@@ -84,13 +84,7 @@ class Sensor:
 
 def _fault_tuple(where: str, faults: Iterable[FaultMode]) -> tuple[FaultMode, ...]:
     """The fault modes given, at most one of them drifting."""
-    try:
-        given = tuple(faults)
-    except TypeError:
-        raise ConfigError(f"{where}faults: expected fault modes, got {faults!r}") from None
-    for fault in given:
-        if not isinstance(fault, FaultMode):
-            raise ConfigError(f"{where}faults: expected fault modes, got {fault!r}")
+    given = checks.tuple_of(f"{where}faults", faults, FaultMode, "fault modes")
     labels = [fault.label for fault in given]
     if labels.count("drifting") > 1:
         raise ConfigError(f"{where}faults: expected at most one that drifts, got {labels}")
@@ -99,16 +93,7 @@ def _fault_tuple(where: str, faults: Iterable[FaultMode]) -> tuple[FaultMode, ..
 
 def sensor_tuple(sensors: Iterable[Sensor]) -> tuple[Sensor, ...]:
     """The sensors given, checked one by one."""
-    try:
-        given = tuple(sensors)
-    except TypeError:
-        raise ConfigError(
-            f"sensors: expected a sequence of Sensor objects, got {sensors!r}"
-        ) from None
-    for sensor in given:
-        if not isinstance(sensor, Sensor):
-            raise ConfigError(f"sensors: expected Sensor objects, got {sensor!r}")
-    return given
+    return checks.tuple_of("sensors", sensors, Sensor, "Sensor objects")
 
 
 def make_system(model: Model, sensors: Sequence[Sensor]) -> _core.System:

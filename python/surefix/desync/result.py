@@ -12,25 +12,16 @@ from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
+from surefix.core.filtered import Filtered
 from surefix.errors import SurefixError
 from surefix.log import Log
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 
-def to_frame(columns: dict[str, npt.NDArray[Any]]) -> pd.DataFrame:
-    """Columns as a table of pandas."""
-    try:
-        import pandas as pd
-    except ImportError:
-        raise SurefixError("to_pandas needs pandas: pip install surefix[io]") from None
-    return pd.DataFrame(columns)
-
-
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Filtered):
     """A log, filtered. T estimates of n states, N rows of the log.
 
     ``time`` (T,) [s]; ``x`` (T, n); ``P`` (T, n, n); ``sse`` (T,) and ``degrees_of_freedom`` (T,):
@@ -52,16 +43,6 @@ class Result:
     output: int
     state_names: tuple[str, ...]
     log: Log = field(repr=False)
-
-    @property
-    def estimate(self) -> FloatArray:
-        """The model's output, usually the speed (T,)."""
-        return self.x[:, self.output]
-
-    @property
-    def sigma(self) -> FloatArray:
-        """Standard error of ``estimate`` (T,)."""
-        return np.sqrt(self.P[:, self.output, self.output])
 
     @property
     def lower(self) -> FloatArray:
@@ -117,24 +98,9 @@ class Result:
         rate = checks.probability("false_alarm", false_alarm) / max(used, 1)
         return float(_core.normal_two_sided(rate))
 
-    @property
-    def counts(self) -> dict[str, int]:
-        """How many rows had each status; those that did not occur are left out."""
-        found = np.bincount(self.status, minlength=len(_core.STATUS_NAMES))
-        return {_core.STATUS_NAMES[i]: int(found[i]) for i in np.flatnonzero(found)}
-
-    def to_pandas(self) -> pd.DataFrame:
-        """One row per estimate: time, states, their standard errors, interval, SSE, p-value."""
-        return to_frame(self.columns())
-
     def columns(self) -> dict[str, npt.NDArray[Any]]:
-        """The same as named arrays (T,)."""
-        deviation = np.sqrt(np.diagonal(self.P, axis1=1, axis2=2))
-        table: dict[str, npt.NDArray[Any]] = {"time_s": self.time}
-        for i, name in enumerate(self.state_names):
-            table[name] = self.x[:, i]
-        for i, name in enumerate(self.state_names):
-            table[f"{name}_sigma"] = deviation[:, i]
+        """Time, states, their standard errors, interval, SSE, p-value as named arrays (T,)."""
+        table = super().columns()
         table.update(lower=self.lower, upper=self.upper, sse=self.sse)
         table.update(degrees_of_freedom=self.degrees_of_freedom, p_value=self.p_value)
         return table

@@ -38,14 +38,7 @@ class CommonFault:
 
 def common_tuple(common: Iterable[CommonFault]) -> tuple[CommonFault, ...]:
     """The common faults given, checked one by one."""
-    try:
-        given = tuple(common)
-    except TypeError:
-        raise ConfigError(f"common: expected CommonFault objects, got {common!r}") from None
-    for fault in given:
-        if not isinstance(fault, CommonFault):
-            raise ConfigError(f"common: expected CommonFault objects, got {fault!r}")
-    return given
+    return checks.tuple_of("common", common, CommonFault, "CommonFault objects")
 
 
 def joint_rates(sensors: Sequence[Sensor], common: Sequence[CommonFault]) -> list[float]:

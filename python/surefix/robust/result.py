@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from surefix import _core
 from surefix.core.checks import FloatArray
-from surefix.desync.result import to_frame
+from surefix.core.filtered import Filtered
 from surefix.log import Log
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -44,8 +42,9 @@ class RobustEstimate:
 
 
 @dataclass(frozen=True, eq=False)
-class RobustResult:
+class RobustResult(Filtered):
     """A log, filtered. T estimates of n states, S sensors with up to M modes, N rows of the log.
+    ``sigma`` is the mixture's; limits do not come from it.
 
     ``time`` (T,) [s]; ``x`` (T, n) and ``P`` (T, n, n): mean and covariance of the mixture;
     ``lower``, ``upper`` (T,): alert limits, infinite where none can be claimed at the risk;
@@ -79,16 +78,6 @@ class RobustResult:
     log: Log = field(repr=False)
 
     @property
-    def estimate(self) -> FloatArray:
-        """The model's output, usually the speed (T,)."""
-        return self.x[:, self.output]
-
-    @property
-    def sigma(self) -> FloatArray:
-        """Standard deviation of the mixture's output (T,). Limits do not come from it."""
-        return np.sqrt(self.P[:, self.output, self.output])
-
-    @property
     def fault_probability(self) -> FloatArray:
         """That each sensor is in any mode but healthy (T, S)."""
         total: FloatArray = self.mode_probability[:, :, 1:].sum(axis=2)
@@ -109,23 +98,10 @@ class RobustResult:
         code = self.log.codes_for(list(self.sensor_names))
         return used & (self.hypothesis[np.where(used, self.step, 0), np.maximum(code, 0)] > 0)
 
-    @property
-    def counts(self) -> dict[str, int]:
-        """How many rows had each status; those that did not occur are left out."""
-        found = np.bincount(self.status, minlength=len(_core.STATUS_NAMES))
-        return {_core.STATUS_NAMES[i]: int(found[i]) for i in np.flatnonzero(found)}
-
-    def to_pandas(self) -> pd.DataFrame:
-        """One row per estimate: the columns of ``columns``."""
-        return to_frame(self.columns())
-
     def columns(self) -> dict[str, npt.NDArray[Any]]:
         """Time, states, their standard deviations, limits, fault probability and mode of every
         sensor, SSE, discarded mass: named arrays (T,)."""
-        deviation = np.sqrt(np.diagonal(self.P, axis1=1, axis2=2))
-        table: dict[str, npt.NDArray[Any]] = {"time_s": self.time}
-        table.update({name: self.x[:, i] for i, name in enumerate(self.state_names)})
-        table.update({f"{n}_sigma": deviation[:, i] for i, n in enumerate(self.state_names)})
+        table = super().columns()
         table.update(lower=self.lower, upper=self.upper)
         for s, name in enumerate(self.sensor_names):
             table[f"{name}_fault_probability"] = self.fault_probability[:, s]

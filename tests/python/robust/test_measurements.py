@@ -19,7 +19,7 @@ def scene(seed: int) -> FaultScene:
     return random_scene(seed, kinds=(("outage",), ("outage",)), measurements=9)
 
 
-def estimate(seed: int, **options: int) -> tuple[FaultScene, sf.RobustFilter, Mixture]:
+def estimate(seed: int, **options: float) -> tuple[FaultScene, sf.RobustFilter, Mixture]:
     case = scene(seed)
     filter = case.filter(
         hypotheses="measurement", prior="constant", carry="one", components=1, **options
@@ -73,6 +73,42 @@ def test_a_beam_counts_what_it_leaves_out() -> None:
     assert len(kept["log_weight"]) <= 8
     assert found.discarded_mass > 0
     assert abs(found.x[0] - expected.x[0]) < 3 * np.sqrt(expected.P[0, 0])
+
+
+@pytest.mark.parametrize("seed", SEEDS[:6])
+@pytest.mark.parametrize("most", [0, 1, 3])
+def test_at_most_so_many_outliers(seed: int, most: int) -> None:
+    """The enumeration of those that are left, renormalised."""
+    case, filter, expected = estimate(seed, max_faults=most)
+    case.push(filter, until=1.0)
+    found = filter.estimate(1.0)
+    few = expected.labels.sum(axis=1) <= most
+    assert len(filter.mixture()["log_weight"]) == few.sum()
+    weight = np.exp(expected.log_weight[few] - np.logaddexp.reduce(expected.log_weight[few]))
+    xs, Ps = expected.xs[few], expected.Ps[few]
+    x = weight @ xs
+    P = np.einsum("h,hij->ij", weight, Ps + np.einsum("hi,hj->hij", xs - x, xs - x))
+    assert state_error(found.x, x, P) <= 1e-10
+    assert covariance_error(found.P, P) <= 1e-10
+    assert found.discarded_mass > 0
+
+
+@pytest.mark.parametrize("seed", SEEDS[:6])
+def test_what_is_not_worth_it_is_counted(seed: int) -> None:
+    """``cut`` bounds the mass left out, and the moments move by no more than that allows."""
+    case, filter, expected = estimate(seed, cut=1e-6, risk=1e-3)
+    case.push(filter, until=1.0)
+    found = filter.estimate(1.0)
+    assert len(filter.mixture()["log_weight"]) < len(expected.log_weight)
+    assert 0 < found.discarded_mass <= 1e-6
+    assert state_error(found.x, expected.x, expected.P) < 0.05
+    result = filter.run(case.log, times=[1.0])
+    assert result.discarded_mass[0] == found.discarded_mass
+
+
+def test_max_faults_counts_measurements() -> None:
+    with pytest.raises(sf.ConfigError, match=r"max_faults: .*from 0 to 64, got 65"):
+        estimate(0, max_faults=65)
 
 
 def test_more_than_64_measurements_are_an_error() -> None:

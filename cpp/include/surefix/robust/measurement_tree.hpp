@@ -134,14 +134,17 @@ class MeasurementTree {
       left = most;
     }
     if (left == count_) return;
-    double kept = 0.0;
-    for (std::size_t h = 0; h < left; ++h) {
-      kept += weight_[order_[h]];
-      if (order_[h] == h) continue;
-      copy(order_[h], h);
-      faults_[h] = faults_[order_[h]];
+    double gone = 0.0;  // summed, not 1 − what is kept: it may be below the rounding of one
+    std::size_t to = 0;
+    for (std::size_t h = 0; h < count_; ++h) {
+      if (to == left || order_[to] != h) {
+        gone += weight_[h];
+        continue;
+      }
+      if (to != h) copy(h, to);
+      faults_[to++] = faults_[h];
     }
-    lost += std::max(1.0 - kept / all, 0.0);
+    lost += gone / all;
     count_ = left;
     pad();
   }
