@@ -18,6 +18,7 @@ import pytest
 
 import surefix as sf
 from surefix.config import Config, load_config
+from surefix.injection.challenge import challenge
 
 ROOT = Path(__file__).parents[2]
 RISKS = (0.1, 0.01, 1e-3, 1e-7, 1e-11)
@@ -246,3 +247,94 @@ class TestCarNagoya:
         assert gross.sum() == 91
         assert 0.85 < flagged[gross].mean() < 0.97
         assert (flagged & (found.row_error <= 0.5)).sum() > 100
+
+
+def robust_row(name: str, label: str) -> list[float]:
+    """A row of the tables with injected faults: outside at three risks [%], width, availability."""
+    text = (ROOT / "docs" / "recordings.md").read_text(encoding="utf-8")
+    section = text.split("\n## With fault hypotheses\n", 1)[1]
+    section = section.split(f"\n### {name}\n", 1)[1].split("\n### ", 1)[0]
+    rows = re.findall(rf"^\| {re.escape(label)} \|(.+)\|$", section, re.MULTILINE)
+    assert len(rows) == 1, f"expected one row of {label} under {name}, got {len(rows)}"
+    cells = [cell.replace("%", "").strip() for cell in rows[0].split("|")]
+    return [float(cell) for cell in cells[:6]]
+
+
+def quiet(sensor: sf.Sensor) -> sf.Sensor:
+    """With the noise of a healthy sensor while it drifts."""
+    faults = [
+        dataclasses.replace(fault, factor=1.0) if isinstance(fault, sf.Drifting) else fault
+        for fault in sensor.faults
+    ]
+    return dataclasses.replace(sensor, faults=tuple(faults))
+
+
+class TestWithFaultHypotheses:
+    def challenged(self, find: Find, name: str, **options: Any) -> dict[str, Any]:
+        path = find(f"{name}/{LOGS[name]}")
+        config = configuration(name, "config-robust.toml")
+        return challenge(config, config.read_log(path), path.parent, seed=3, **options)
+
+    @pytest.mark.parametrize("name", LOGS)
+    def test_as_recorded(self, recording: Find, name: str) -> None:
+        """No misleading limit at 1e-7 and 1e-11, and the figures of the page."""
+        found = self.challenged(recording, name, kinds=())["recorded"]
+        shares = [row["misleading_fraction"] for row in found["risks"]]
+        assert shares[1:] == [0.0, 0.0]
+        last = found["risks"][-1]
+        assert last["available_fraction"] == 1.0
+        figures = [100 * share for share in shares]
+        figures += [last["mean_width"], 100 * last["within_2kmh"], 100 * last["within_etcs"]]
+        expected = robust_row(name, "as recorded")
+        np.testing.assert_allclose(figures, expected, rtol=0.01, atol=0.5)
+        np.testing.assert_allclose(figures[0], expected[0], atol=0.05)
+
+    def test_single_faults_in_a_car(self, recording: Find) -> None:
+        """Three sensors: each fault found, no misleading limit, as tight as without it."""
+        found = self.challenged(
+            recording, "car-comma2k19", seeds=1, risks=(1e-11,), kinds=("freeze", "jump", "scale")
+        )
+        assert len(found["injected"]) == 9
+        for row in found["injected"].values():
+            assert row["risks"][0]["misleading_fraction"] == 0.0
+            assert row["risks"][0]["mean_width"] < 0.8
+            assert row["found"] == 1.0
+
+    def missed(self, find: Find, fault: sf.InjectedFault, config: Config) -> int:
+        """Estimates of car-comma2k19 whose limits do not hold the reference."""
+        path = find("car-comma2k19/speed_events.csv")
+        assert config.reference is not None
+        time, value = config.reference.read(path.parent)
+        result = config.run(fault.apply(config.read_log(path)))
+        shown = (result.time > WARM_UP) & (result.time < time[-1])
+        truth = np.interp(result.time, time, value)
+        return int(((truth < result.lower) | (truth > result.upper))[shown].sum())
+
+    def test_fault_at_the_end_of_a_long_step(self, recording: Find) -> None:
+        """Why the estimates come at 5 Hz: a jump just before the end of a step of 0.8 s fits no
+        hypothesis, 60 good readings and six bad ones, and the other sensors take the blame."""
+        config = change_sensors(configuration("car-comma2k19", "config-robust.toml"), quiet)
+        fault = sf.InjectedFault(
+            sensor="wheel_rl", kind="jump", start=26.33, end=46.33, size=-1.9646
+        )
+        at = {
+            rate: self.missed(
+                recording,
+                fault,
+                dataclasses.replace(
+                    config, output=dataclasses.replace(config.output, rate=rate, risk=1e-7)
+                ),
+            )
+            for rate in (1.25, 5.0)
+        }
+        assert at[1.25] > 5
+        assert at[5.0] == 0
+
+    def test_noise_of_a_drifting_wheel(self, recording: Find) -> None:
+        """Why a drifting wheel may be noisier: it meets a bump while it drifts."""
+        config = configuration("car-comma2k19", "config-robust.toml")
+        fault = sf.InjectedFault(
+            sensor="wheel_rl", kind="ramp", start=5.10974, end=25.10974, size=-0.44227893
+        )
+        assert self.missed(recording, fault, config) == 0
+        assert self.missed(recording, fault, change_sensors(config, quiet)) > 0

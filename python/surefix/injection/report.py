@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "oDs^vP*X"
-LOW = 1e-3  # m/s; nothing is drawn below
+LOW = 1e-3  # m/s; what is below is drawn there
+SOON = 0.02  # s; the same
 
 NOTE = (
     f"outside: share of the estimates whose limits, claimed at that risk, miss the reference (the "
@@ -70,14 +71,15 @@ def _integrity(axes: Axes, numbers: dict[str, Any]) -> None:
     points = numbers["points"]
     finite = np.concatenate([limit[np.isfinite(limit)] for _, limit in points.values()])
     high = 2.0 * max(float(finite.max(initial=1.0)), 10.0)
+    low = 0.3 * min(float(finite.min(initial=1.0)), 1.0)
     axes.fill_between([LOW, high], [LOW, high], LOW, color=style.GRID, zorder=0)
     axes.plot([LOW, high], [LOW, high], color=style.ESTIMATE, linewidth=1.0, zorder=1)
-    axes.text(high * 0.7, LOW * 2, "misleading: the truth\nis outside", ha="right", fontsize=9)
+    axes.text(high * 0.7, 2 * low, "misleading: the truth\nis outside", ha="right", fontsize=9)
     axes.axhline(2 * KMH, color=style.REFERENCE, linewidth=1.0, linestyle="--", zorder=1)
-    axes.text(LOW * 1.2, 2 * KMH * 0.88, "2 km/h", va="top", fontsize=9, color=style.REFERENCE)
+    axes.text(high / 1.2, 2 * KMH * 1.08, "2 km/h", ha="right", fontsize=9, color=style.REFERENCE)
     colours = {"recorded": style.SHADE, **dict(zip(KINDS, style.PALETTE, strict=False))}
     for i, (kind, (error, limit)) in enumerate(points.items()):
-        shown = np.clip(np.stack([error, limit]), LOW * 1.3, high / 1.3)
+        shown = np.clip(np.stack([error, limit]), LOW, high)
         axes.plot(
             *shown, MARKERS[i], color=colours[kind], markersize=3.5, alpha=0.6, linewidth=0,
             label="as recorded" if kind == "recorded" else kind, zorder=3 if i == 0 else 2,
@@ -86,9 +88,9 @@ def _integrity(axes: Axes, numbers: dict[str, Any]) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(LOW, high)
-    axes.set_ylim(LOW * 10, high)
-    axes.set_xlabel("error of the estimate")
-    axes.set_ylabel("distance of the limit on that side")
+    axes.set_ylim(low, high)
+    axes.set_xlabel("error of the estimate [m/s]")
+    axes.set_ylabel("distance of the limit on that side [m/s]")
     style.clean(axes)
     legend = axes.legend(loc="upper left", fontsize=9, ncols=2, framealpha=0.9)
     for handle in legend.legend_handles:
@@ -101,10 +103,10 @@ def _delays(axes: Axes, numbers: dict[str, Any]) -> None:
     kinds = [kind for kind in KINDS if any(fault["kind"] == kind for fault in faults)]
     sensors = list(dict.fromkeys(fault["sensor"] for fault in faults))
     colours = style.sensor_colours(tuple(sensors))
-    never = 1.5 * numbers["sizes"]["duration"]
+    never = 2.0 * numbers["sizes"]["duration"]
     for s, sensor in enumerate(sensors):
         some = [fault for fault in faults if fault["sensor"] == sensor]
-        delay = np.minimum([fault["delay"] for fault in some], never)
+        delay = np.clip([fault["delay"] for fault in some], SOON, never)
         row = np.array([kinds.index(fault["kind"]) for fault in some], float)
         row += 0.6 * ((s + 1) / (len(sensors) + 1) - 0.5)
         axes.plot(
@@ -112,7 +114,8 @@ def _delays(axes: Axes, numbers: dict[str, Any]) -> None:
             alpha=0.7, linewidth=0, label=style.literal(sensor),
         )  # fmt: skip
     axes.axvline(never, color=style.ALARM, linewidth=1.0, linestyle="--")
-    axes.set_xlim(0.0, 1.05 * never)
+    axes.set_xscale("log")
+    axes.set_xlim(0.8 * SOON, 1.3 * never)
     axes.set_ylim(len(kinds) - 0.4, -0.6)
     axes.set_yticks(range(len(kinds)), kinds)
     axes.text(never, -0.62, "never", ha="center", va="bottom", fontsize=9, color=style.ALARM)
