@@ -260,20 +260,21 @@ def robust_row(name: str, label: str) -> list[float]:
     return [float(cell) for cell in cells[:6]]
 
 
-def quiet(sensor: sf.Sensor) -> sf.Sensor:
-    """With the noise of a healthy sensor while it drifts."""
-    faults = [
-        dataclasses.replace(fault, factor=1.0) if isinstance(fault, sf.Drifting) else fault
-        for fault in sensor.faults
-    ]
-    return dataclasses.replace(sensor, faults=tuple(faults))
+def confident(sensor: sf.Sensor) -> sf.Sensor:
+    """A wheel with its average noise, and a mode for bumps."""
+    if not sensor.name.startswith("wheel"):
+        return sensor
+    bump = sf.Noisy(factor=100.0, rate=1 / 60, duration=1.0)
+    return dataclasses.replace(
+        sensor, sigma=0.02, bias_sigma=0.05, bias_time=0.02, faults=(bump, *sensor.faults)
+    )
 
 
 class TestWithFaultHypotheses:
     def challenged(self, find: Find, name: str, **options: Any) -> dict[str, Any]:
         path = find(f"{name}/{LOGS[name]}")
         config = configuration(name, "config-robust.toml")
-        return challenge(config, config.read_log(path), path.parent, seed=3, **options)
+        return challenge(config, config.read_log(path), path.parent, **options)
 
     @pytest.mark.parametrize("name", LOGS)
     def test_as_recorded(self, recording: Find, name: str) -> None:
@@ -292,7 +293,7 @@ class TestWithFaultHypotheses:
     def test_single_faults_in_a_car(self, recording: Find) -> None:
         """Three sensors: each fault found, no misleading limit, as tight as without it."""
         found = self.challenged(
-            recording, "car-comma2k19", seeds=1, risks=(1e-11,), kinds=("freeze", "jump", "scale")
+            recording, "car-comma2k19", seeds=1, risks=(1e-7,), kinds=("freeze", "jump", "ramp")
         )
         assert len(found["injected"]) == 9
         for row in found["injected"].values():
@@ -300,41 +301,24 @@ class TestWithFaultHypotheses:
             assert row["risks"][0]["mean_width"] < 0.8
             assert row["found"] == 1.0
 
-    def missed(self, find: Find, fault: sf.InjectedFault, config: Config) -> int:
-        """Estimates of car-comma2k19 whose limits do not hold the reference."""
-        path = find("car-comma2k19/speed_events.csv")
+    def test_too_small_a_noise_swaps_the_roles(self, recording: Find) -> None:
+        """A jump of one wheel just before the end of a step: with the noise of an average road the
+        evidence of 60 readings in a step makes the other two sensors the faulty ones."""
+        path = recording("car-comma2k19/speed_events.csv")
+        config = configuration("car-comma2k19", "config-robust.toml")
+        config = dataclasses.replace(
+            config, output=dataclasses.replace(config.output, rate=1.25, risk=1e-7)
+        )
         assert config.reference is not None
         time, value = config.reference.read(path.parent)
-        result = config.run(fault.apply(config.read_log(path)))
-        shown = (result.time > WARM_UP) & (result.time < time[-1])
-        truth = np.interp(result.time, time, value)
-        return int(((truth < result.lower) | (truth > result.upper))[shown].sum())
-
-    def test_fault_at_the_end_of_a_long_step(self, recording: Find) -> None:
-        """Why the estimates come at 5 Hz: a jump just before the end of a step of 0.8 s fits no
-        hypothesis, 60 good readings and six bad ones, and the other sensors take the blame."""
-        config = change_sensors(configuration("car-comma2k19", "config-robust.toml"), quiet)
         fault = sf.InjectedFault(
             sensor="wheel_rl", kind="jump", start=26.33, end=46.33, size=-1.9646
         )
-        at = {
-            rate: self.missed(
-                recording,
-                fault,
-                dataclasses.replace(
-                    config, output=dataclasses.replace(config.output, rate=rate, risk=1e-7)
-                ),
-            )
-            for rate in (1.25, 5.0)
-        }
-        assert at[1.25] > 5
-        assert at[5.0] == 0
-
-    def test_noise_of_a_drifting_wheel(self, recording: Find) -> None:
-        """Why a drifting wheel may be noisier: it meets a bump while it drifts."""
-        config = configuration("car-comma2k19", "config-robust.toml")
-        fault = sf.InjectedFault(
-            sensor="wheel_rl", kind="ramp", start=5.10974, end=25.10974, size=-0.44227893
-        )
-        assert self.missed(recording, fault, config) == 0
-        assert self.missed(recording, fault, change_sensors(config, quiet)) > 0
+        log, missed = fault.apply(config.read_log(path)), []
+        for changed in (config, change_sensors(config, confident)):
+            result = changed.run(log)
+            shown = (result.time > WARM_UP) & (result.time < time[-1])
+            truth = np.interp(result.time, time, value)
+            missed.append(int(((truth < result.lower) | (truth > result.upper))[shown].sum()))
+        assert missed[0] == 0
+        assert missed[1] > 5
