@@ -69,7 +69,7 @@ py::dict run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style
              const py::array_t<std::int32_t, py::array::c_style>& sensor,
              const py::array_t<double, py::array::c_style>& value,
              const std::optional<py::array_t<Time, py::array::c_style>>& times,
-             std::optional<Time> delay, bool per_measurement) {
+             std::optional<Time> delay, bool per_measurement, bool with_noise) {
   const py::ssize_t N = stamp.shape(0);
   if (sensor.shape(0) != N || value.shape(0) != N)
     throw std::invalid_argument("stamp, sensor, value: expected one length");
@@ -78,8 +78,10 @@ py::dict run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style
   py::array_t<std::int64_t> estimate(N);
   auto* status_data = reinterpret_cast<Status*>(status.mutable_data());
   py::array_t<double> outlier(per_measurement ? N : 0);
+  py::array_t<double> noise(with_noise ? N : 0), variance(with_noise ? N : 0);
   std::fill_n(estimate.mutable_data(), N, -1);
-  std::fill_n(outlier.mutable_data(), outlier.size(), std::numeric_limits<double>::quiet_NaN());
+  for (auto* rows : {&outlier, &noise, &variance})
+    std::fill_n(rows->mutable_data(), rows->size(), std::numeric_limits<double>::quiet_NaN());
   const PreparedLog prepared = filter.prepare(log, status_data);
 
   const py::ssize_t T = times ? times->shape(0) : static_cast<py::ssize_t>(prepared.distinct);
@@ -101,7 +103,9 @@ py::dict run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style
                         degrees.mutable_data(),
                         status_data,
                         estimate.mutable_data(),
-                        per_measurement ? outlier.mutable_data() : nullptr};
+                        per_measurement ? outlier.mutable_data() : nullptr,
+                        with_noise ? noise.mutable_data() : nullptr,
+                        with_noise ? variance.mutable_data() : nullptr};
   const Time* wanted = times ? times->data() : nullptr;
   BatchSummary summary;
   {
@@ -124,6 +128,8 @@ py::dict run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style
   result["status"] = status;
   result["step"] = estimate;
   result["outlier_probability"] = outlier;
+  result["noise"] = noise;
+  result["noise_variance"] = variance;
   result["log_likelihood"] = summary.log_likelihood;
   result["ended"] = name(summary.status);
   result["estimates"] = summary.estimates;
@@ -283,7 +289,7 @@ void bind_robust(py::module_& module) {
            [](const AnyFilter& filter) { return mixture(filter.hypotheses(), filter.table()); })
       .def("run", &run, py::arg("stamp").noconvert(), py::arg("sensor").noconvert(),
            py::arg("value").noconvert(), py::arg("times"), py::arg("delay"),
-           py::arg("per_measurement"))
+           py::arg("per_measurement"), py::arg("noise"))
       .def("save", &save)
       .def("restore", &restore, py::arg("saved"));
 }

@@ -56,6 +56,7 @@ class FilterOf final : public AnyFilter {
     Recursion<System> recursion(setup_.system, setup_.table, setup_.prior, setup_.carry,
                                 setup_.per_measurement, 64);
     Evaluation evaluation(recursion, setup_.limits);
+    if (out.noise != nullptr) recursion.estimate_noise();
     recursion.start(initial_, start);
     BatchSummary summary;
     BatchRun<System> batch(recursion, evaluation, log.sorted, out);

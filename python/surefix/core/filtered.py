@@ -22,6 +22,8 @@ class Filtered:
     x: FloatArray
     P: FloatArray
     status: npt.NDArray[np.uint8]
+    noise: FloatArray
+    noise_variance: FloatArray
     output: int
     state_names: tuple[str, ...]
 
@@ -34,6 +36,11 @@ class Filtered:
     def sigma(self) -> FloatArray:
         """Standard deviation of ``estimate`` (T,)."""
         return np.sqrt(self.P[:, self.output, self.output])
+
+    @property
+    def normalised_noise(self) -> FloatArray:
+        """v̂ / √variance (N,): N(0, 1) if the model is right, NaN where there is none."""
+        return self.noise / np.sqrt(self.noise_variance)
 
     @property
     def counts(self) -> dict[str, int]:

@@ -75,11 +75,6 @@ class Result(Filtered):
         """P(χ² > SSE) of every step (T,), NaN for a step without measurements."""
         return chi_squared_p_value(self.sse, self.degrees_of_freedom)
 
-    @property
-    def normalised_noise(self) -> FloatArray:
-        """v̂ / √variance (N,): N(0, 1) with no fault, NaN where a row was not used."""
-        return self.noise / np.sqrt(self.noise_variance)
-
     def flagged(self, false_alarm: float = 0.01) -> npt.NDArray[np.bool_]:
         """Rows whose noise is too large (N,): |normalised noise| > ``flagged_beyond``.
 

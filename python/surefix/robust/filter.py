@@ -138,15 +138,20 @@ class RobustFilter(Stream):
         *,
         rate: float | None = None,
         times: npt.ArrayLike | None = None,
+        noise: str | None = "step",
         delay: float | None = None,
     ) -> RobustResult:
         """Filters a whole log, from the filter's initial state; the arguments are those of
         ``DesyncFilter.run``. All measurements between two estimates are judged together: a lower
-        rate gives the hypotheses more evidence, and each estimate comes later.
+        rate gives the hypotheses more evidence, and each estimate comes later. ``noise``: 'step'
+        or None; there is none for hypotheses per measurement.
         """
         code, wanted, late = self._request(log, rate, times, delay)
+        if noise is not None:
+            checks.one_of("noise", noise, ("step",))
         single = self.hypotheses == "measurement"
-        out = self._engine.run(log.stamp, code, log.value, wanted, late, single)
+        wants_noise = noise is not None and not single
+        out = self._engine.run(log.stamp, code, log.value, wanted, late, single, wants_noise)
         ended, made = out.pop("ended"), out.pop("estimates")
         check_ended(ended, wanted, made)
         most = max(len(names) for names in self.mode_names)

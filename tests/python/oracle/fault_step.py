@@ -51,13 +51,16 @@ class Evidence:
     log_density: float  # of all N values
     x: Array  # (n,), or (n + d,) with the d biases behind
     P: Array  # (n, n), or (n + d, n + d)
+    noise: Array  # (N,) the white noise's estimate, eq. (25); NaN for values that were removed
+    noise_variance: Array  # (N,) of that estimate, eq. (26)
 
 
 def evaluate(step: FaultStep, modes: Sequence[Mode]) -> Evidence:
     """``modes`` holds one mode for each measurement; a drift is drawn anew at t0, as noise."""
     kept, log_density = _split(step, modes)
     rows = np.array([step.sensors[step.measurements[i][1]].h for i in kept])
-    Upsilon = _white(step, modes, kept)
+    white = _white(step, modes, kept)
+    Upsilon = white.copy()
     for a, i in enumerate(kept):
         for b, j in enumerate(kept):
             (time_i, sensor_i, _), (time_j, sensor_j, _) = (
@@ -67,7 +70,9 @@ def evaluate(step: FaultStep, modes: Sequence[Mode]) -> Evidence:
             mode = modes[i]
             if isinstance(mode, Drifting) and sensor_i == sensor_j:
                 Upsilon[a, b] += mode.b0**2 + mode.bq**2 * (min(time_i, time_j) - step.t0)
-    return _condition(step, step.transition, step.x, step.P, rows, Upsilon, kept, log_density)
+    return _condition(
+        step, step.transition, step.x, step.P, rows, Upsilon, white, kept, log_density
+    )
 
 
 def evaluate_with_biases(step: FaultStep, sensor_modes: Sequence[Mode]) -> Evidence:
@@ -94,8 +99,8 @@ def evaluate_with_biases(step: FaultStep, sensor_modes: Sequence[Mode]) -> Evide
             rows[a, column[s]] = 1.0
     x = np.concatenate([step.x, np.zeros(len(drifts))])
     P = block_diagonal([step.P, np.diag([mode.b0**2 for mode in drifts.values()])])
-    Upsilon = _white(step, modes, kept)
-    return _condition(step, transition, x, P, rows, Upsilon, kept, log_density)
+    white = _white(step, modes, kept)
+    return _condition(step, transition, x, P, rows, white, white, kept, log_density)
 
 
 def _split(step: FaultStep, modes: Sequence[Mode]) -> tuple[list[int], float]:
@@ -124,10 +129,12 @@ def _condition(
     P: Array,
     rows: Array,
     Upsilon: Array,
+    white: Array,
     kept: Sequence[int],
     log_density: float,
 ) -> Evidence:
     """The joint Gaussian of x(t1) and the M kept values, whose rows are (M, a), conditioned once.
+    ``white`` (M, M) is the part of Upsilon that is white noise.
 
     Along the legs ``C`` (a, M) is cov(x(t), z), so that a new row of Gamma is h C; see mathematics,
     section 1: Gamma = HF P HF' + L Omega L' + Upsilon, C = F P HF' + W Omega L'.
@@ -143,10 +150,13 @@ def _condition(
             Gamma[a, : a + 1] += rows[a] @ C[:, : a + 1]
             Gamma[:a, a] = Gamma[a, :a]
             gamma[a] = step.measurements[kept[a]][2] - rows[a] @ x
+    noise, variance = np.full((2, len(step.measurements)), np.nan)
     if M:
         L = np.linalg.cholesky(Gamma)
-        white, W = np.linalg.solve(L, gamma), np.linalg.solve(L, C.T)
-        log_density -= float(0.5 * white @ white + np.sum(np.log(np.diag(L))))
+        w, W, V = np.linalg.solve(L, gamma), np.linalg.solve(L, C.T), np.linalg.solve(L, white)
+        log_density -= float(0.5 * w @ w + np.sum(np.log(np.diag(L))))
         log_density -= 0.5 * M * float(np.log(2.0 * np.pi))
-        x, P = x + W.T @ white, P - W.T @ W
-    return Evidence(log_density, x, symmetric(P))
+        x, P = x + W.T @ w, P - W.T @ W
+        noise[list(kept)] = V.T @ w
+        variance[list(kept)] = np.sum(V**2, axis=0)
+    return Evidence(log_density, x, symmetric(P), noise, variance)

@@ -262,3 +262,48 @@ def test_constant_bias_of_a_sensor_is_a_state_of_the_model() -> None:
     assert covariance_error(a.P, b.P) <= 1e-12
     assert (a.lower, a.upper) == pytest.approx((b.lower, b.upper), rel=1e-10)
     np.testing.assert_allclose(a.mode_probability, b.mode_probability, rtol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_noise_under_the_most_probable_hypothesis(seed: int) -> None:
+    """v̂ = Υ Γ⁻¹ γ and its variance (eqs. 25, 26); none where the row is removed or not used."""
+    case = random_scene(seed, kinds=(KINDS, ("outage",), KINDS), measurements=9)
+    filter = case.filter(prior="constant", carry="one")
+    result = filter.run(case.log, times=[1.0])
+    step = case.step(0.0, 1.0, case.x0, case.P0)
+    expected = hypotheses.per_sensor(step)
+    best = expected.labels[expected.map]
+    modes = [step.sensors[s].modes[best[s]] for _, s, _ in step.measurements]
+    evidence = evaluate(step, modes)
+    used = np.flatnonzero(result.step == 0)
+    latency = {sensor.name: sensor.latency for sensor in case.sensors}
+    valid = case.log.time - [latency[name] for name in case.log.sensor]
+    rows = used[np.argsort(valid[used], kind="stable")]
+    np.testing.assert_allclose(result.noise[rows], evidence.noise, rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(
+        result.noise_variance[rows], evidence.noise_variance, rtol=1e-9, atol=1e-12
+    )
+    unused = np.setdiff1d(np.arange(len(case.log)), used)
+    assert np.isnan(result.noise[unused]).all()
+    without = filter.run(case.log, times=[1.0], noise=None)
+    assert len(without.noise) == 0
+    assert np.array_equal(without.x, result.x)
+
+
+def test_noise_of_a_healthy_run_is_the_linear_filters() -> None:
+    """Without fault modes: the same v̂ as ``DesyncFilter`` gives, of every step."""
+    case = random_scene(3, kinds=((), ()), measurements=12)
+    result = case.filter().run(case.log, times=[0.4, 0.8, 1.0])
+    linear = sf.DesyncFilter(case.model, case.sensors, case.x0, case.P0, start=0.0)
+    expected = linear.run(case.log, times=[0.4, 0.8, 1.0], noise="step")
+    np.testing.assert_allclose(result.noise, expected.noise, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(result.noise_variance, expected.noise_variance, rtol=1e-9)
+    np.testing.assert_allclose(
+        result.normalised_noise, expected.normalised_noise, rtol=1e-9, atol=1e-12
+    )
+
+
+def test_noise_wanted() -> None:
+    case = random_scene(3, kinds=(("outage",),), measurements=4)
+    with pytest.raises(sf.ConfigError, match="noise: expected one of step, got 'journey'"):
+        case.filter().run(case.log, times=[1.0], noise="journey")

@@ -23,6 +23,9 @@ struct BatchOutput {
   std::int64_t* estimate;    ///< (N) the estimate whose step used the row; −1: none
   double* outlier;           ///< (N) probability that it is an outlier, for used rows and
                              ///< hypotheses per measurement; null: not wanted
+  double* noise;             ///< (N) v̂ of used rows under the most probable hypothesis; null: not
+                             ///< wanted, nor available for hypotheses per measurement
+  double* noise_variance;    ///< (N) its variance
 };
 
 /// One batch under way.
@@ -80,6 +83,10 @@ class BatchRun {
       if (recursion_.status(i) != Status::ok) continue;
       out_.estimate[row] = static_cast<std::int64_t>(made);
       if (out_.outlier != nullptr) out_.outlier[row] = recursion_.outlier(used);
+      if (out_.noise != nullptr) {
+        out_.noise[row] = recursion_.noise(used).noise;
+        out_.noise_variance[row] = recursion_.noise(used).variance;
+      }
       ++used;
     }
     write(evaluation_(recursion_), time, made);

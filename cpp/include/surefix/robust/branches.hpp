@@ -50,6 +50,11 @@ class Branches {
     return lost;
   }
 
+  /// The component that the b-th comes from.
+  [[nodiscard]] std::size_t source(std::size_t b) const noexcept {
+    return static_cast<std::size_t>(source_[b]);
+  }
+
   /// Runs all of them over the step.
   [[nodiscard]] Status run(const FaultSystem& system, const ModeTable& table,
                            const StepPlan<FaultSystem>& plan, const Components& from,

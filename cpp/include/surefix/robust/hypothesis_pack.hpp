@@ -54,12 +54,19 @@ class HypothesisPack {
 
   /// Takes all measurements of the step.
   [[nodiscard]] Status run(const FaultSystem& system, const StepPlan<FaultSystem>& plan) noexcept {
+    return run(system, plan, [](std::size_t, const auto&, const auto&) SUREFIX_LAMBDA {});
+  }
+  /// The same, and calls `visit(i, linearisation, innovation)` for each.
+  template <class Visit>
+  [[nodiscard]] SUREFIX_INLINE Status run(const FaultSystem& system,
+                                          const StepPlan<FaultSystem>& plan,
+                                          Visit&& visit) noexcept {
     squares_ = Lane(0.0);
     log_determinant_ = Lane(0.0);
     product_ = Lane(1.0);
     for (std::size_t i = 0; i < plan.count(); ++i) {
       move(system, plan.leg(i));
-      if (!absorb(system, plan.measurement(i))) return Status::numerical;
+      if (!absorb(system, plan.measurement(i), i, visit)) return Status::numerical;
     }
     move(system, plan.leg(plan.count()));
     set_aside();
@@ -101,7 +108,9 @@ class HypothesisPack {
     }
   }
 
-  [[nodiscard]] bool absorb(const FaultSystem& system, const Measurement& m) noexcept {
+  template <class Visit>
+  [[nodiscard]] SUREFIX_INLINE bool absorb(const FaultSystem& system, const Measurement& m,
+                                           std::size_t i, Visit& visit) noexcept {
     const auto s = static_cast<std::size_t>(m.sensor);
     auto reading = system.read(m.sensor, belief_.x);
     Lane innovation = m.value - reading.predicted;
@@ -117,6 +126,7 @@ class HypothesisPack {
       innovation = m.value - reading.predicted;
       if (!try_update()) return false;
     }
+    visit(i, reading.at, out);
     squares_ += used_[s] * (innovation.square() / out.variance);
     product_ *= out.variance * scale_[s];
     if (!within(product_, 1e-100, 1e100)) set_aside();

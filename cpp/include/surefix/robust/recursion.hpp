@@ -10,6 +10,7 @@
 #include "surefix/robust/measurement_tree.hpp"
 #include "surefix/robust/merge.hpp"
 #include "surefix/robust/reduction.hpp"
+#include "surefix/robust/step_noise.hpp"
 
 namespace surefix::robust {
 
@@ -49,8 +50,18 @@ class Recursion {
   /// Room for steps of so many measurements.
   void reserve(std::size_t max_measurements) {
     const std::size_t room = std::min(max_measurements, most_measurements);
-    if (room > plan_.capacity() || plan_.capacity() == 0)
-      plan_ = StepPlan<FaultSystem>(system_, room);
+    if (room <= plan_.capacity() && plan_.capacity() != 0) return;
+    plan_ = StepPlan<FaultSystem>(system_, room);
+    if (noisy_) noise_.reserve(room);
+  }
+
+  /// From now on every step estimates the noise of its measurements under its most probable
+  /// hypothesis; not for hypotheses per measurement.
+  void estimate_noise() {
+    noisy_ = !per_measurement();
+    noise_ = StepNoise<FaultSystem>(system_);
+    noise_.reserve(plan_.capacity());
+    mass_.resize(static_cast<std::size_t>(table_.count()));
   }
 
   /// Starts at `time` from one Gaussian over the base system's states, nothing known of the modes.
@@ -87,6 +98,12 @@ class Recursion {
     const double evidence = normalise(next_);
     if (!(std::abs(evidence) <= std::numeric_limits<double>::max())) return Status::numerical;
 
+    if (noisy_) {
+      const std::size_t best = most_probable(next_, mass_);
+      status = noise_.run(system_, table_, plan_, state_.components, branches_.source(best),
+                          next_.hypothesis(best));
+      if (status != Status::ok) return status;
+    }
     std::swap(hypotheses_, next_);
     state_.discarded =
         (state_.discarded + state_.cut_last) * std::exp(-dt / carry_.memory) + cut_before;
@@ -128,6 +145,10 @@ class Recursion {
     for (std::size_t c = 0; c < hypotheses_.count(); ++c)
       if ((tree_.faults(c) >> i & 1) != 0) sum += std::exp(hypotheses_.log_weight(c));
     return sum;
+  }
+  /// Noise of the i-th used measurement of the last step, once `estimate_noise` was called.
+  [[nodiscard]] typename StepNoise<FaultSystem>::Value noise(std::size_t i) const noexcept {
+    return noise_[i];
   }
   [[nodiscard]] bool per_measurement() const noexcept { return per_measurement_.capacity > 0; }
   /// What goes on to the next step.
@@ -213,13 +234,15 @@ class Recursion {
   Carry carry_;
   PerMeasurement per_measurement_;
   Branches<FaultSystem> branches_;
+  StepNoise<FaultSystem> noise_;
+  bool noisy_ = false;
   MeasurementTree<Base> tree_;
   StepPlan<FaultSystem> plan_;
   MixtureState state_;
   Components hypotheses_, next_, merged_;
   Merger merger_;
   std::vector<int> order_;
-  std::vector<double> x_, P_;
+  std::vector<double> x_, P_, mass_;
 };
 
 }  // namespace surefix::robust
