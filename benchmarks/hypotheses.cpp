@@ -100,13 +100,12 @@ void by_hand(const Problem& problem, std::vector<Hypothesis>& all) {
 bool by_tree(const Problem& problem, MeasurementTree<SpeedSystem>& tree, const Components& root,
              Components& all) {
   tree.start(root);
-  double lost = 0.0;
   for (std::size_t i = 0; i < problem.measurements.size(); ++i)
     if (!tree.grow(problem.system, problem.legs[i], problem.measurements[i], static_cast<int>(i),
-                   {log_healthy, log_outlier}, lost))
+                   {log_healthy, log_outlier}))
       return false;
   tree.finish(problem.legs.back(), all);
-  return lost == 0.0;
+  return tree.log_lost() < -1e300;
 }
 
 void tree(int M) {

@@ -39,6 +39,7 @@ def inject(
     enough to be of use, how soon each fault is found, how many healthy readings are rejected.
     """
     settings = load_config(config)
+    outputs.check_folder(out)
     with phases() as shown:
         with shown.phase("reading") as advance:
             measurements = settings.read_log(log, advance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,13 @@ if TYPE_CHECKING:
 PLOT_DPI = 150
 
 TABLES = ("estimates", "events", "summary")
+
+
+def check_folder(folder: Path) -> None:
+    """Raises ConfigError if ``folder`` cannot be made or written: before the work, not after it."""
+    nearest = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK):
+        raise ConfigError(f"--out: expected a folder that can be written, got {folder}")
 
 
 def spare_inputs(folder: Path, names: Iterable[str], inputs: Iterable[Path]) -> None:

@@ -32,6 +32,7 @@ def validate(
     one assumption: drifts that wander faster, a latency that is wrong, more noise, a common fault.
     """
     names = setting or list(SETTINGS)
+    outputs.check_folder(out)
     with phases() as shown, shown.phase("measuring") as advance:
         numbers = measure.validate(runs, seed, settings=names, progress=advance)
     lines = report(numbers)

@@ -73,7 +73,14 @@ def check_ended(ended: str, wanted: Nanoseconds | None, made: int) -> None:
         return
     at = f"number {made}" if wanted is None else f"{wanted[made] / NANOSECONDS} s"
     kind = ConfigError if ended in ("time_backwards", "off_grid") else NumericalError
-    raise kind(f"run: no estimate at {at}: {ended}")
+    hint = ""
+    if ended == "buffer_full":
+        hint = (
+            ", more measurements than a step can hold "
+            f"({_core.MAX_MEASUREMENTS} with hypotheses per measurement); a higher rate makes "
+            "shorter steps"
+        )
+    raise kind(f"run: no estimate at {at}: {ended}{hint}")
 
 
 def check_estimated(status: str, time: float) -> None:

@@ -42,20 +42,19 @@ def challenge(
     """Runs ``log`` as it is and with every kind of fault in every sensor, one at a time.
 
     ``config``: with faults of sensors, a rate of output and a reference, whose file is in
-    ``folder``. ``seeds``: how many faults of every kind in every sensor, drawn by ``seed``.
+    ``folder``. ``seeds``: how many faults of every kind in every sensor, drawn by ``seed``; without
+    ``kinds`` only the log as it is.
     Returns numbers by name (``judge.summary``): ``recorded``, and ``injected`` by sensor and kind.
     ``points``: for the figure, by kind, (error, limit) of every estimate at the smallest risk.
     Raises ConfigError for arguments out of range and what the configuration lacks.
     """
     count = checks.whole("seeds", seeds, 1, 10_000)
     first = checks.whole("seed", seed, 0, 2**32 - 1)
-    claimed = sorted((checks.probability("risks", risk) for risk in risks), reverse=True)
+    claimed = sorted({checks.probability("risks", risk) for risk in risks}, reverse=True)
     if not claimed:
         raise ConfigError("risks: expected at least one")
-    wanted = tuple(kinds)
-    for kind in wanted:
-        checks.one_of("kinds", kind, KINDS)
-    truth, window = _truth(config, Path(folder))
+    wanted = [checks.one_of("kinds", kind, KINDS) for kind in kinds]
+    truth, window = _truth(config, Path(folder), log)
     sensors = [s for s in config.sensors if s.name in log.names]
     drawn = [
         fault
@@ -93,8 +92,8 @@ def challenge(
     }
 
 
-def _truth(config: Config, folder: Path) -> tuple[judge.Truth, tuple[float, float]]:
-    """The reference as a function of time, and the window in which there is one."""
+def _truth(config: Config, folder: Path, log: Log) -> tuple[judge.Truth, tuple[float, float]]:
+    """The reference as a function of time, and the window in which there is one and a log."""
     if config.reference is None:
         raise ConfigError(f"{config.path}: expected a table [reference]")
     if not any(sensor.faults for sensor in config.sensors):
@@ -106,7 +105,15 @@ def _truth(config: Config, folder: Path) -> tuple[judge.Truth, tuple[float, floa
     def truth(at: FloatArray) -> FloatArray:
         return np.interp(at, time, value)
 
-    return truth, (float(time[0]) + WARM_UP, float(time[-1]))
+    ends = min(float(time[-1]), float(log.time[np.isfinite(log.time)].max(initial=-np.inf)))
+    window = float(time[0]) + WARM_UP, ends
+    if not window[1] - window[0] > 1 / config.output.rate:
+        raise ConfigError(
+            f"{config.path}: expected a log and a reference that have more in common than the time "
+            f"between two estimates, {1 / config.output.rate:g} s, after the first {WARM_UP:g} s "
+            f"of the reference; they have {window[1] - window[0]:g} s"
+        )
+    return truth, window
 
 
 def _run(

@@ -53,7 +53,7 @@ def draw(
     """
     faults = []
     for s, sensor in enumerate(sensors):
-        time = log.time[log.sensor == sensor.name]
+        time = log.time[(log.sensor == sensor.name) & np.isfinite(log.value)]
         onsets = np.sort(time[(time >= window[0]) & (time <= window[1] - sizes.duration)])
         if len(onsets) == 0:
             raise ConfigError(
@@ -76,7 +76,7 @@ def draw(
                         start=start,
                         end=start + sizes.duration,
                         size=0.0 if kind == "freeze" else float(size),
-                        seed=i,
+                        seed=int(random.randint(2**31)),
                     )
                 )
     return faults

@@ -36,6 +36,8 @@ class InjectedFault:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if not isinstance(self.sensor, str) or not self.sensor:
+            raise ConfigError(f"sensor: expected its name, got {self.sensor!r}")
         checks.one_of("kind", self.kind, KINDS)
         for name in ("start", "end", "size"):
             object.__setattr__(self, name, checks.number(name, getattr(self, name)))
@@ -46,10 +48,9 @@ class InjectedFault:
         checks.whole("seed", self.seed, 0, 2**32 - 1)
 
     def rows(self, log: Log) -> npt.NDArray[np.intp]:
-        """The rows of a log that it changes, in order of time."""
-        found = np.flatnonzero(
-            (log.sensor == self.sensor) & (log.time >= self.start) & (log.time < self.end)
-        )
+        """The rows of a log that it changes, in order of time: readings that are numbers."""
+        inside = (log.time >= self.start) & (log.time < self.end) & np.isfinite(log.value)
+        found = np.flatnonzero((log.sensor == self.sensor) & inside)
         return found[np.argsort(log.time[found], kind="stable")]
 
     def apply(self, log: Log) -> Log:
@@ -61,7 +62,10 @@ class InjectedFault:
                 f"{self.end:g} s, got none"
             )
         value = log.value.copy()
-        value[rows] = self._changed(value[rows], log.time[rows] - self.start)
+        with np.errstate(over="ignore"):
+            value[rows] = self._changed(value[rows], log.time[rows] - self.start)
+        if not np.isfinite(value[rows]).all():
+            raise ConfigError(f"size: expected one that leaves finite readings, got {self.size:g}")
         return Log(log.time, log.sensor, value)
 
     def _changed(self, value: FloatArray, since: FloatArray) -> FloatArray:

@@ -31,7 +31,7 @@ NOTE = (
 
 def report(numbers: dict[str, Any]) -> list[str]:
     """A table: as recorded, and a line for every sensor and kind of fault."""
-    risks = [f"{risk:.0e}".replace("e-0", "e-") for risk in numbers["risks"]]
+    risks = [f"{risk:.2g}".replace("e-0", "e-") for risk in numbers["risks"]]
     head = "".join(f"{risk:>9}" for risk in risks)
     lines = [
         f"{'outside at':<26}{head}{'width':>8}{'2 km/h':>8}{'ETCS':>7}{'found':>7}{'after':>9}"
@@ -103,10 +103,12 @@ def _delays(axes: Axes, numbers: dict[str, Any]) -> None:
     kinds = [kind for kind in KINDS if any(fault["kind"] == kind for fault in faults)]
     sensors = list(dict.fromkeys(fault["sensor"] for fault in faults))
     colours = style.sensor_colours(tuple(sensors))
-    never = 2.0 * numbers["sizes"]["duration"]
+    found = [fault["delay"] for fault in faults if math.isfinite(fault["delay"])]
+    never = 2.0 * max([numbers["sizes"]["duration"], *found])
     for s, sensor in enumerate(sensors):
         some = [fault for fault in faults if fault["sensor"] == sensor]
-        delay = np.clip([fault["delay"] for fault in some], SOON, never)
+        delay = np.array([fault["delay"] for fault in some])
+        delay = np.where(np.isinf(delay), never, np.clip(delay, SOON, None))
         row = np.array([kinds.index(fault["kind"]) for fault in some], float)
         row += 0.6 * ((s + 1) / (len(sensors) + 1) - 0.5)
         axes.plot(

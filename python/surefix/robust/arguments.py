@@ -73,18 +73,33 @@ def memory(sensors: Sequence[Sensor], wanted: float | None) -> float:
     return max(durations, default=0.0) or 1.0
 
 
-def beam(sensors: Sequence[Sensor], wanted: int, components: int, prior: str, tree: bool) -> int:
-    """Room for hypotheses per measurement, if they are (``tree``)."""
-    beam = checks.whole("beam", wanted, 8, 1 << 20)
-    if tree:
-        if beam % 4 or beam < 2 * (components + 3):
-            raise ConfigError(
-                "beam: expected a multiple of 4, at least twice the components and 6, "
-                f"{2 * components + 6}, got {beam}"
-            )
-        only = all([f.label for f in s.faults] in ([], ["outage"]) for s in sensors)
-        if prior != "constant" or not only:
-            raise ConfigError(
-                "hypotheses: 'measurement' needs prior 'constant' and no fault but an Outage"
-            )
+def beam(wanted: int, components: int) -> int:
+    """Room for hypotheses per measurement."""
+    beam = checks.whole("beam", wanted, 8, 1 << 16)
+    if beam % 4 or beam < 2 * (components + 3):
+        raise ConfigError(
+            "beam: expected a multiple of 4, at least twice the components and 6, "
+            f"{2 * components + 6}, got {beam}"
+        )
     return beam
+
+
+def outages(sensors: Sequence[Sensor], prior: str | None) -> str:
+    """'constant', the prior of hypotheses per measurement, which know no fault but an Outage with a
+    probability."""
+    if prior not in (None, "constant"):
+        raise ConfigError(f"hypotheses: 'measurement' needs prior 'constant', got {prior!r}")
+    for sensor in sensors:
+        labels = [fault.label for fault in sensor.faults]
+        if labels not in ([], ["outage"]):
+            raise ConfigError(
+                "hypotheses: 'measurement' knows no fault but an Outage; "
+                f"sensor {sensor.name!r} has {', '.join(labels)}"
+            )
+        for fault in sensor.faults:
+            if fault.probability is None:
+                raise ConfigError(
+                    "hypotheses: 'measurement' needs the probability of an Outage; that of sensor "
+                    f"{sensor.name!r} has none"
+                )
+    return "constant"

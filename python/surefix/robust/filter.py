@@ -39,8 +39,8 @@ class RobustFilter(Stream):
 
     ``hypotheses``: 'sensor', a mode for every sensor and step; or 'measurement', each measurement
     healthy or an outlier on its own (2^N in a step of N ≤ 64), from each sensor's Outage with its
-    probability. ``beam``: how many of these at a time, a multiple of 4; the mass of the lightest,
-    for which there is no room, is taken from the risk.
+    probability. ``beam``: how many of these at a time, a multiple of 4; a bound on the mass of the
+    lightest, for which there is no room, is taken from the risk.
 
     ``carry``: what lives from step to step. 'merge': Gaussians with their modes and biases, those
     in the same modes merged; 'cut': the heaviest ones; 'one': one Gaussian with the mixture's
@@ -93,8 +93,11 @@ class RobustFilter(Stream):
         self.max_faults = checks.whole(
             "max_faults", most if max_faults is None else max_faults, 0, most
         )
-        count = arguments.hypotheses(self.sensors, min(self.max_faults, len(self.sensors)))
-        self.prior = arguments.prior(self.sensors, prior)
+        if tree:
+            count, self.prior = 1, arguments.outages(self.sensors, prior)
+        else:
+            count = arguments.hypotheses(self.sensors, self.max_faults)
+            self.prior = arguments.prior(self.sensors, prior)
         self.common = common_tuple(common)
         self.carry = checks.one_of("carry", carry, tuple(CARRIES))
         self.components = checks.whole(
@@ -114,14 +117,15 @@ class RobustFilter(Stream):
             if self.prior != "chains" or self.max_faults < len(self.sensors):
                 raise ConfigError("common: expected prior 'chains' and no max_faults with it")
             rates, kind = joint_rates(self.sensors, self.common), 2
-        self.beam = arguments.beam(self.sensors, beam, self.components, self.prior, tree)
+        self.beam = arguments.beam(beam, self.components if tree else 1)
+        sides_code = side("sides", sides)
+        started = None if start is None else checks.nanoseconds("start", start)
         modes = [[fault.engine() for fault in sensor.faults] for sensor in self.sensors]
         try:
             self._engine = _core.RobustEngine(
                 system, self.x0, self.P0, modes, self.max_faults, kind, rates, CARRIES[carry],
                 self.components, self.cut, self.memory, self.direction.tolist(), self.risk,
-                side("sides", sides), self.beam if tree else 0,
-                None if start is None else checks.nanoseconds("start", start), self.capacity,
+                sides_code, self.beam if tree else 0, started, self.capacity,
             )  # fmt: skip
         except ValueError as error:  # 1 / duration overflows, for example
             raise ConfigError(f"sensors: fault modes refused: {error}") from None
@@ -159,10 +163,24 @@ class RobustFilter(Stream):
                      "discarded_mass", "sse", "degrees_of_freedom"):  # fmt: skip
             out[name] = out[name][:made]
         out["mode_probability"] = out["mode_probability"][:, :, :most]
+        if single:
+            self._blame(out, log.codes_for([sensor.name for sensor in self.sensors]))
         return RobustResult(
             **out, risk=self.risk, output=self.model.output, state_names=self.state_names,
             sensor_names=tuple(s.name for s in self.sensors), mode_names=self.mode_names, log=log,
         )  # fmt: skip
+
+    @staticmethod
+    def _blame(out: dict[str, Any], code: npt.NDArray[np.int32]) -> None:
+        """Hypotheses per measurement: a sensor is as doubtful as its most doubtful row."""
+        used = out["step"] >= 0
+        doubt = np.zeros(out["hypothesis"].shape)
+        at = (out["step"][used], code[used])
+        np.maximum.at(doubt, at, out["outlier_probability"][used])
+        out["hypothesis"] = (doubt > 0.5).astype(np.int8)
+        if out["mode_probability"].shape[2] > 1:
+            out["mode_probability"][:, :, 1] = doubt
+            out["mode_probability"][:, :, 0] = 1 - doubt
 
     def push(self, time: float, sensor: str, value: float) -> Status:
         """Takes one measurement, as ``DesyncFilter.push`` does."""

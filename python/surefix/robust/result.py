@@ -53,7 +53,8 @@ class RobustResult(Filtered):
     the measurements that it does not remove; ``discarded_mass`` (T,): probability that was left
     out, and taken from the risk; ``status`` (N,): what became of every row; ``step`` (N,): the
     estimate that used it, −1 for none; ``outlier_probability`` (N,): of every used row, for
-    hypotheses per measurement, empty for those per sensor; ``noise`` and ``noise_variance`` (N,):
+    hypotheses per measurement, empty for those per sensor (then a sensor's probability is that of
+    its most doubtful row in the step); ``noise`` and ``noise_variance`` (N,):
     v̂ of every used row and its variance (eqs. 25, 26) under the most probable hypothesis of its
     step, NaN where that removes the row; empty if not asked for or per measurement.
     """

@@ -73,7 +73,8 @@ def test_draws() -> None:
     sensors = [sf.Sensor("a", 0.2), sf.Sensor("b", 0.3)]
     few, many = (draw(log, sensors, (10.0, 60.0), Sizes(), n, 1) for n in (3, 20))
     assert len(many) == 2 * len(KINDS) * 20
-    assert [f for f in many if f.seed < 3] == few
+    assert all(fault in many for fault in few)
+    assert len({fault.seed for fault in many}) == len(many)
     sizes = {"jump": (1, 10), "ramp": (0.05, 1), "scale": (0.05, 0.5), "freeze": (0, 0)}
     for fault in many:
         assert fault.start >= 10
@@ -102,3 +103,31 @@ def test_window_too_short() -> None:
 def test_bad_sizes(sizes: dict[str, Any], message: str) -> None:
     with pytest.raises(sf.SurefixError, match=message):
         Sizes(**sizes)
+
+
+def test_interruptions_differ() -> None:
+    """Their noise depends on the seed, the sensor and the number of the draw."""
+    log = sf.Log(np.arange(200) / 2, ["a", "b"] * 100, np.zeros(200))
+    sensors = [sf.Sensor("a", 0.2), sf.Sensor("b", 0.2)]
+    drawn = [f for s in (1, 2) for f in draw(log, sensors, (0.0, 99.0), Sizes(), 2, s)]
+    noise = [f.apply(log).value[f.rows(log)[0]] for f in drawn if f.kind == "interruption"]
+    assert len(set(noise)) == len(noise) == 8
+
+
+def test_readings_that_are_no_numbers() -> None:
+    """They stay what they are, and no fault begins at one."""
+    value = np.where(np.arange(7) == 1, np.nan, LOG.value)
+    log = sf.Log(TIME, SENSOR, value)
+    for kind, size in (("freeze", 0.0), ("interruption", 0.3)):
+        found = changed(kind, size, log)
+        assert np.isnan(found[1])
+        assert np.isfinite(np.delete(found, 1)).all()
+    assert changed("freeze", log=log)[3:5] == [12, 12]
+    silent = sf.Log(np.arange(100.0), ["a"] * 100, np.full(100, np.nan))
+    with pytest.raises(sf.ConfigError, match="expected a reading of 'a'"):
+        draw(silent, [sf.Sensor("a", 0.2)], (0.0, 99.0), Sizes(), 1, 1)
+
+
+def test_sizes_that_overflow() -> None:
+    with pytest.raises(sf.ConfigError, match="size: expected one that leaves finite readings"):
+        changed("scale", 1e308)

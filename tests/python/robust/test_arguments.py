@@ -267,3 +267,21 @@ def test_arguments_are_kept_as_they_were() -> None:
     direction[0] = 5.0
     assert filter.common[0].modes == {"a": "outage"}
     assert filter.direction.tolist() == [1.0, 0.0]
+
+
+def test_arguments_are_named_not_the_modes() -> None:
+    make = (sf.ConstantVelocity(0.1), [sf.Sensor("a", 1.0)], [0.0], [[1.0]])
+    with pytest.raises(
+        sf.ConfigError, match=r"^sides: expected one of both, lower, upper, got 'up'"
+    ):
+        sf.RobustFilter(*make, sides="up")
+    with pytest.raises(sf.ConfigError, match=r"^start: "):
+        sf.RobustFilter(*make, start=1e20)
+
+
+def test_noise_that_could_not_be_told_from_a_removed_row() -> None:
+    faults = (sf.Noisy(factor=1e300, probability=0.1),)
+    with pytest.raises(sf.ConfigError, match="fault modes refused: not finite"):
+        sf.RobustFilter(
+            sf.ConstantVelocity(0.1), [sf.Sensor("a", 1e10, faults=faults)], [0.0], [[1.0]]
+        )

@@ -237,3 +237,18 @@ def test_risk_of_one_estimate(risk: float, exposures: float) -> None:
         context.prec = 60
         expected = float(1 - (1 - Decimal(risk)) ** (1 / Decimal(exposures)))
     assert sf.risk_per_estimate(risk, exposures) == pytest.approx(expected, rel=1e-13)
+
+
+def test_what_max_faults_leaves_out_is_summed() -> None:
+    """Eight sensors, each faulty with p: the mass of two or more at once is Σ, 2.8e-17, and not the
+    rounding of one less the rest."""
+    p = 1e-9
+    faults = (sf.Outage(span=50.0, probability=p),)
+    sensors = [sf.Sensor(f"s{i}", 1.0, faults=faults) for i in range(8)]
+    filter = sf.RobustFilter(
+        sf.ConstantVelocity(0.1), sensors, [0.0], [[1.0]], start=0.0, max_faults=1, cut=0.0,
+        memory=1e-3,
+    )  # fmt: skip
+    for time in (1.0, 2.0, 3.0):
+        expected = 28 * p**2 * (1 - p) ** 6
+        assert filter.estimate(time).discarded_mass == pytest.approx(expected, rel=1e-6)

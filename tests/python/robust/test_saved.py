@@ -219,3 +219,18 @@ def test_saved_state_is_not_the_filter() -> None:
     saved["components"]["x"][:] = 99.0
     saved["components"]["P"][:] = 99.0
     assert frozen(filter.save()) == going
+
+
+def test_no_mixture_of_another_state() -> None:
+    """The hypotheses of the last step are not saved; a restored filter shows none."""
+    filter = sf.RobustFilter(
+        sf.ConstantVelocity(0.1),
+        [sf.Sensor("a", 1.0, faults=(sf.Outage(span=50.0, probability=0.1),))],
+        [0.0], [[1.0]], start=0.0,
+    )  # fmt: skip
+    saved = filter.save()
+    filter.push(0.5, "a", 1.0)
+    filter.estimate(1.0)
+    assert len(filter.mixture()["log_weight"]) == 2
+    filter.restore(saved)
+    assert len(filter.mixture()["log_weight"]) == 0

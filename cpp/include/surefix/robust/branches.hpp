@@ -29,13 +29,11 @@ class Branches {
     std::size_t count = 0;
     for (std::size_t c = 0; c < state.components.count(); ++c) {
       const double before = state.components.log_weight(c);
-      double possible = 0.0;
       for (int h = 0; h < table.count(); ++h) {
         const double log_weight =
             before + (carried ? prior.log_probability(table, state.components.hypothesis(c), h)
                               : log_prior_of_modes(table, prior, state.mode, h));
         const double weight = std::exp(log_weight);
-        possible += weight;
         if (!(log_weight > worth) || count == to.capacity()) {
           lost += weight;
           continue;
@@ -44,7 +42,9 @@ class Branches {
         to.hypothesis(count) = h;
         source_[count++] = static_cast<int>(c);
       }
-      if (!table.complete()) lost += std::max(std::exp(before) - possible, 0.0);
+      if (!table.complete())
+        lost += std::exp(before) * (carried ? prior.left_out(table, state.components.hypothesis(c))
+                                            : left_out(table, prior, state.mode));
     }
     to.resize(count);
     return lost;
@@ -76,6 +76,14 @@ class Branches {
   }
 
  private:
+  static double left_out(const ModeTable& table, const ModePrior& prior,
+                         const std::vector<double>& mode) noexcept {
+    double sum = 0.0;
+    for (int a = 0; a < table.count(); ++a)
+      sum += mode[static_cast<std::size_t>(a)] * prior.left_out(table, a);
+    return sum;
+  }
+
   /// log Σ_a p(a | past) p(h | a) for the one Gaussian.
   static double log_prior_of_modes(const ModeTable& table, const ModePrior& prior,
                                    const std::vector<double>& mode, int h) noexcept {

@@ -40,6 +40,11 @@ class FaultSystem {
         if (drifts_ == MaxDrifts) return ConfigStatus::sensor_states;
         drift_state_[s] = system_.state_size() + drifts_++;
       }
+    for (int s = 0; s < sensor_count(); ++s)
+      for (int m = 0; m < modes_[static_cast<std::size_t>(s)].count(); ++m)
+        if (!modes_[static_cast<std::size_t>(s)][m].removes_rows() &&
+            !(variance(s, m) < 1e-3 * removed_variance))
+          return ConfigStatus::not_finite;  // it could not be told from a removed row
     const bool complete = Drifts == Eigen::Dynamic || drifts_ == Drifts;
     return complete ? ConfigStatus::ok : ConfigStatus::sensor_states;
   }

@@ -40,6 +40,7 @@ class MeasurementTree {
 
   /// Starts from the components of a mixture; their bits say that nothing is faulty.
   void start(const Components& from) noexcept {
+    log_lost_ = -std::numeric_limits<double>::infinity();
     count_ = from.count();
     for (std::size_t h = 0; h < padded(); ++h) {
       nodes_[h / lanes].load(lane(h), from, std::min(h, count_ - 1));
@@ -48,14 +49,17 @@ class MeasurementTree {
   }
 
   /// Takes a measurement after its leg; `bit` ≤ 63 is set in the hypotheses that hold it for an
-  /// outlier. Where there is no room for both children of all, the lightest go: their mass is
-  /// added to `lost`. False if a variance overflows.
+  /// outlier. Where there is no room for both children of all, the lightest go. False if a variance
+  /// overflows.
   template <class Leg>
   [[nodiscard]] bool grow(const System& system, const Leg& leg, const desync::Measurement& m,
-                          int bit, const OutlierPrior& prior, double& lost) noexcept {
+                          int bit, const OutlierPrior& prior) noexcept {
     const double sigma = system.sensor(m.sensor).sigma, variance = sigma * sigma;
     const bool outliers = prior.log_outlier > -std::numeric_limits<double>::infinity();
-    if (outliers && 2 * padded() > faults_.size()) keep({}, faults_.size() / 2, lost);
+    if (outliers && 2 * padded() > faults_.size()) keep({}, faults_.size() / 2);
+    // What went before may have been right about this one, whatever the others say of it.
+    constexpr double half_log_2pi = 0.91893853320467274178;
+    log_lost_ += log_sum(prior.log_healthy - half_log_2pi - std::log(sigma), prior.log_outlier);
     const std::size_t parents = count_;
     const bool whole = parents % lanes == 0;  // then children have packs of their own
     if (outliers && !whole) {
@@ -80,8 +84,13 @@ class MeasurementTree {
     return true;
   }
 
-  /// Leaves out what `limits` allow; its mass is added to `lost`.
-  void prune(const TreeLimits& limits, double& lost) noexcept { keep(limits, count_, lost); }
+  /// Leaves out what `limits` allow.
+  void prune(const TreeLimits& limits) noexcept { keep(limits, count_); }
+
+  /// Log of a bound on the joint density of the measurements so far and of all hypotheses that were
+  /// left out on the way: each had, of every measurement since, at most the density at its mean of
+  /// a sensor whose state is known, or that of an outlier.
+  [[nodiscard]] double log_lost() const noexcept { return log_lost_; }
 
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] std::uint64_t faults(std::size_t h) const noexcept { return faults_[h]; }
@@ -114,8 +123,9 @@ class MeasurementTree {
 
   /// Leaves, in their order, the hypotheses that `limits` let stay, of them the `most` heaviest,
   /// and never none.
-  void keep(const TreeLimits& limits, std::size_t most, double& lost) noexcept {
-    const double all = weigh();
+  void keep(const TreeLimits& limits, std::size_t most) noexcept {
+    double largest = 0.0;
+    const double all = weigh(largest);
     std::size_t left = 0, heaviest = 0;
     for (std::size_t h = 0; h < count_; ++h) {
       if (weight_[h] > weight_[heaviest]) heaviest = h;
@@ -144,7 +154,7 @@ class MeasurementTree {
       if (to != h) copy(h, to);
       faults_[to++] = faults_[h];
     }
-    lost += gone / all;
+    log_lost_ = log_sum(log_lost_, largest + std::log(gone));
     count_ = left;
     pad();
   }
@@ -154,9 +164,17 @@ class MeasurementTree {
     for (std::size_t h = count_; h < padded(); ++h) copy(count_ - 1, h);
   }
 
-  /// Weights over the largest; returns their sum. What overflowed has none.
-  double weigh() noexcept {
-    double largest = -std::numeric_limits<double>::infinity(), all = 0.0;
+  /// log (eᵃ + eᵇ)
+  static double log_sum(double a, double b) noexcept {
+    const double high = std::max(a, b), low = std::min(a, b);
+    return high > -std::numeric_limits<double>::infinity() ? high + std::log1p(std::exp(low - high))
+                                                           : high;
+  }
+
+  /// Weights over the largest, whose logarithm it is; returns their sum. What overflowed has none.
+  double weigh(double& largest) noexcept {
+    double all = 0.0;
+    largest = -std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < padded() / lanes; ++k) nodes_[k].settle();
     for (std::size_t h = 0; h < count_; ++h) {
       const Node& node = nodes_[h / lanes];
@@ -179,6 +197,7 @@ class MeasurementTree {
   std::vector<double> weight_;
   std::vector<std::size_t> order_;
   std::size_t count_ = 0;
+  double log_lost_ = 0.0;
 };
 
 }  // namespace surefix::robust

@@ -1,6 +1,7 @@
 // The prior of the hypotheses of a step given the mode of every sensor in the step before.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -68,6 +69,31 @@ class ModePrior {
     return sum;
   }
 
+  /// Probability that more sensors are faulty than the table has at once, after hypothesis a: a sum
+  /// of what is left out, not one less the rest, which may be below its rounding.
+  [[nodiscard]] double left_out(const ModeTable& table, int a) const noexcept {
+    if (table.complete()) return 0.0;
+    if (kind_ == Kind::joint) {
+      double kept = 0.0;
+      for (int b = 0; b < table.count(); ++b) kept += std::exp(log_probability(table, a, b));
+      return std::max(1.0 - kept, 0.0);
+    }
+    const auto most = static_cast<std::size_t>(std::min(table.max_faults(), max_counted));
+    std::array<double, max_counted + 1> exactly{1.0};  // k faulty among the sensors so far
+    double more = 0.0;
+    for (std::size_t s = 0; s < sensors_.size(); ++s) {
+      const auto before = static_cast<std::size_t>(table.mode(a, static_cast<int>(s)));
+      const double* log = log_.data() + s * square + before * SensorModes::max_modes;
+      double faulty = 0.0;
+      for (int m = 1; m < sensors_[s].count(); ++m) faulty += std::exp(log[m]);
+      more += exactly[most] * faulty;
+      for (std::size_t k = most; k > 0; --k)
+        exactly[k] = exactly[k] * std::exp(log[0]) + exactly[k - 1] * faulty;
+      exactly[0] *= std::exp(log[0]);
+    }
+    return more;
+  }
+
   /// The longest mean duration of a fault [s]; 0 for a constant prior.
   [[nodiscard]] double longest() const noexcept {
     double longest = 0.0;
@@ -79,6 +105,7 @@ class ModePrior {
 
  private:
   static constexpr int max_joint = 256;
+  static constexpr int max_counted = 64;  // sensors
   static constexpr std::size_t square = SensorModes::max_modes * SensorModes::max_modes;
   static constexpr double forever = 1e12;  // [s]
 

@@ -24,6 +24,7 @@ class ModeTable {
     const auto fallible = std::count_if(sensors.begin(), sensors.end(),
                                         [](const SensorModes& s) { return s.count() > 1; });
     complete_ = max_faults >= fallible;
+    max_faults_ = max_faults;
     modes_.clear();
     std::vector<std::uint8_t> row(sensors.size(), 0);
     return fill(sensors, 0, max_faults, row) ? ConfigStatus::ok : ConfigStatus::too_many_hypotheses;
@@ -35,6 +36,8 @@ class ModeTable {
   }
   /// Whether no combination was left out.
   [[nodiscard]] bool complete() const noexcept { return complete_; }
+  /// How many sensors are faulty at once, at most.
+  [[nodiscard]] int max_faults() const noexcept { return max_faults_; }
   /// Mode of `sensor` under hypothesis h.
   [[nodiscard]] int mode(int h, int sensor) const noexcept {
     return modes_[static_cast<std::size_t>(h * sensors_ + sensor)];
@@ -58,6 +61,7 @@ class ModeTable {
   }
 
   int sensors_ = 0;
+  int max_faults_ = 0;
   bool complete_ = true;
   std::vector<std::uint8_t> modes_;
 };

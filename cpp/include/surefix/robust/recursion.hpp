@@ -93,10 +93,12 @@ class Recursion {
     const double dt = seconds(to - state_.time);
     prior_.advance(dt, state_.first);
     double cut_before = 0.0;
-    status = per_measurement_.capacity > 0 ? grow(cut_before) : run_branches(cut_before);
+    status = per_measurement_.capacity > 0 ? grow() : run_branches(cut_before);
     if (status != Status::ok) return status;
     const double evidence = normalise(next_);
     if (!(std::abs(evidence) <= std::numeric_limits<double>::max())) return Status::numerical;
+    if (per_measurement())  // L / (E + L)
+      cut_before += 1.0 / (1.0 + std::exp(evidence - tree_.log_lost()));
 
     if (noisy_) {
       const std::size_t best = most_probable(next_, mass_);
@@ -119,7 +121,10 @@ class Recursion {
   [[nodiscard]] const ModeTable& table() const noexcept { return table_; }
   [[nodiscard]] const MixtureState& state() const noexcept { return state_; }
   /// Goes on from a saved state of a recursion made from the same.
-  void restore(const MixtureState& state) { state_ = state; }
+  void restore(const MixtureState& state) {
+    state_ = state;
+    hypotheses_.resize(0);  // those of the last step are not saved
+  }
   [[nodiscard]] Time time() const noexcept { return state_.time; }
   [[nodiscard]] double log_likelihood() const noexcept { return state_.log_likelihood; }
   /// Of the i-th measurement of the last step: ok, or why it was not used.
@@ -170,29 +175,24 @@ class Recursion {
     return std::min(K * static_cast<std::size_t>(table.count()), Branches<FaultSystem>::most);
   }
 
-  /// Per measurement: adds to `lost` the mass that the tree had no room for, or that is not worth
-  /// the time.
-  [[nodiscard]] Status grow(double& lost) noexcept {
+  /// Per measurement. Only what the limit on outliers forbids and what there is no room for goes on
+  /// the way; what is not worth carrying goes at the end, where its weight is known.
+  [[nodiscard]] Status grow() noexcept {
     const std::size_t N = plan_.count();
     if (N > PerMeasurement::max_measurements) return Status::buffer_full;
     tree_.start(state_.components);
     for (std::size_t i = 0; i < N; ++i) {
       const Measurement& m = plan_.measurement(i);
       const OutlierPrior& prior = per_measurement_.prior[static_cast<std::size_t>(m.sensor)];
-      if (!tree_.grow(system_.base(), plan_.leg(i), m, static_cast<int>(i), prior, lost))
+      if (!tree_.grow(system_.base(), plan_.leg(i), m, static_cast<int>(i), prior))
         return Status::numerical;
-      if (i + 1 == N || tree_.count() >= few) prune(N, lost);
+      if (static_cast<int>(i) >= per_measurement_.max_outliers)
+        tree_.prune({0.0, per_measurement_.max_outliers});
     }
+    if (carry_.cut > 0.0) tree_.prune({carry_.cut / static_cast<double>(tree_.count())});
     tree_.finish(plan_.leg(N), next_);
     return Status::ok;
   }
-  void prune(std::size_t levels, double& lost) noexcept {
-    const TreeLimits limits{carry_.cut / static_cast<double>(levels * tree_.count()),
-                            per_measurement_.max_outliers};
-    const bool all = limits.worth == 0.0 && limits.max_outliers >= static_cast<int>(levels);
-    if (!all) tree_.prune(limits, lost);
-  }
-
   /// Per sensor: adds to `lost` the prior mass of what was not run.
   [[nodiscard]] Status run_branches(double& lost) noexcept {
     const double total = static_cast<double>(state_.components.count()) * table_.count();
@@ -226,7 +226,6 @@ class Recursion {
   }
 
   static constexpr std::size_t most_measurements = std::size_t{1} << 24;
-  static constexpr std::size_t few = 64;  // hypotheses of a tree that are not worth pruning
 
   FaultSystem system_;
   ModeTable table_;
