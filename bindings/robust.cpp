@@ -153,6 +153,24 @@ py::dict estimate(AnyFilter& filter, Time time) {
   out["discarded_mass"] = e.discarded;
   out["sse"] = e.sse;
   out["degrees_of_freedom"] = e.degrees;
+  const std::vector<MeasurementReport>& report = filter.report();
+  const auto k = static_cast<py::ssize_t>(report.size());
+  py::array_t<std::int64_t> id(k);
+  py::array_t<std::int32_t> sensor(k);
+  py::array_t<double> outlier(k), noise(k), variance(k);
+  for (py::ssize_t i = 0; i < k; ++i) {
+    const MeasurementReport& row = report[static_cast<std::size_t>(i)];
+    id.mutable_at(i) = row.id;
+    sensor.mutable_at(i) = row.sensor;
+    outlier.mutable_at(i) = row.outlier;
+    noise.mutable_at(i) = row.noise;
+    variance.mutable_at(i) = row.noise_variance;
+  }
+  out["noise_id"] = id;
+  out["sensor"] = sensor;
+  out["outlier_probability"] = outlier;
+  out["noise"] = noise;
+  out["noise_variance"] = variance;
   return out;
 }
 

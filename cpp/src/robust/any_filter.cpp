@@ -38,6 +38,9 @@ class FilterOf final : public AnyFilter {
     return filter_.recursion().hypotheses();
   }
   const ModeTable& table() const noexcept override { return setup_.table; }
+  const std::vector<MeasurementReport>& report() const noexcept override {
+    return filter_.report();
+  }
 
   PreparedLog prepare(const desync::LogView& log, Status* status) const override {
     PreparedLog prepared;
@@ -108,7 +111,7 @@ std::unique_ptr<AnyFilter> make_of(const AnySystem& any, const Base& base,
                                    const AnySettings& settings, std::optional<Time> start,
                                    std::size_t capacity, ConfigStatus& status) {
   using System = FaultSystem<Base, Drifts, Drifts == Eigen::Dynamic ? max_drifts : Drifts>;
-  FilterSetup<System> setup{System(base), {}, {}, settings.carry, settings.limits, {}};
+  FilterSetup<System> setup{System(base), {}, {}, settings.carry, settings.limits, {}, true};
   const auto failed = [&](ConfigStatus result) { return (status = result) != ConfigStatus::ok; };
   if (failed(setup.system.make(settings.modes))) return nullptr;
   if (settings.tree > 0) {

@@ -164,23 +164,12 @@ class RobustFilter(Stream):
             out[name] = out[name][:made]
         out["mode_probability"] = out["mode_probability"][:, :, :most]
         if single:
-            self._blame(out, log.codes_for([sensor.name for sensor in self.sensors]))
+            used, code = out["step"] >= 0, log.codes_for([s.name for s in self.sensors])
+            _blame(out, out["step"][used], code[used], out["outlier_probability"][used])
         return RobustResult(
             **out, risk=self.risk, output=self.model.output, state_names=self.state_names,
             sensor_names=tuple(s.name for s in self.sensors), mode_names=self.mode_names, log=log,
         )  # fmt: skip
-
-    @staticmethod
-    def _blame(out: dict[str, Any], code: npt.NDArray[np.int32]) -> None:
-        """Hypotheses per measurement: a sensor is as doubtful as its most doubtful row."""
-        used = out["step"] >= 0
-        doubt = np.zeros(out["hypothesis"].shape)
-        at = (out["step"][used], code[used])
-        np.maximum.at(doubt, at, out["outlier_probability"][used])
-        out["hypothesis"] = (doubt > 0.5).astype(np.int8)
-        if out["mode_probability"].shape[2] > 1:
-            out["mode_probability"][:, :, 1] = doubt
-            out["mode_probability"][:, :, 0] = 1 - doubt
 
     def push(self, time: float, sensor: str, value: float) -> Status:
         """Takes one measurement, as ``DesyncFilter.push`` does."""
@@ -203,10 +192,14 @@ class RobustFilter(Stream):
         status = out.pop("status")
         check_estimated(status, time)
         most = max(len(names) for names in self.mode_names)
+        out["mode_probability"] = out["mode_probability"][None, :, :most]
+        code = out.pop("sensor")
+        if self.hypotheses == "measurement":
+            _blame(out, np.zeros(len(code), np.int64), code, out["outlier_probability"])
         modes = tuple(
             names[m] for names, m in zip(self.mode_names, out.pop("hypothesis")[0], strict=True)
         )
-        probability = out.pop("mode_probability")[:, :most]
+        probability = out.pop("mode_probability")[0]
         return RobustEstimate(
             time=stamp / NANOSECONDS, mode_probability=probability, hypothesis=modes, **out
         )
@@ -265,3 +258,18 @@ class RobustFilter(Stream):
         row: FloatArray = np.zeros(n)
         row[self.model.output] = 1.0
         return row
+
+
+def _blame(
+    out: dict[str, Any],
+    step: npt.NDArray[np.int64],
+    code: npt.NDArray[np.int32],
+    outlier: FloatArray,
+) -> None:
+    """Hypotheses per measurement: a sensor is as doubtful as its most doubtful row."""
+    doubt = np.zeros(out["hypothesis"].shape)
+    np.maximum.at(doubt, (step, code), outlier)
+    out["hypothesis"] = (doubt > 0.5).astype(np.int8)
+    if out["mode_probability"].shape[2] > 1:
+        out["mode_probability"][:, :, 1] = doubt
+        out["mode_probability"][:, :, 0] = 1 - doubt

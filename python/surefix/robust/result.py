@@ -21,7 +21,10 @@ class RobustEstimate:
     """One estimate of a stream: ``time`` [s], ``x`` (n,) and ``P`` (n, n) of the mixture, limits
     ``lower`` and ``upper`` (infinite: none can be claimed at this risk), ``mode_probability``
     (S, M), the most probable ``hypothesis`` as a mode per sensor, its ``sse`` and
-    ``degrees_of_freedom``, ``discarded_mass``: probability left out, and taken from the risk."""
+    ``degrees_of_freedom``, ``discarded_mass``: probability left out, and taken from the risk. Of
+    every measurement used in the step, in order of validity (k,): ``noise_id``, number of its push;
+    ``noise``, ``noise_variance`` and ``outlier_probability`` as in ``RobustResult``, NaN where that
+    has none."""
 
     time: float
     x: FloatArray
@@ -33,6 +36,10 @@ class RobustEstimate:
     discarded_mass: float
     sse: float
     degrees_of_freedom: int
+    noise_id: npt.NDArray[np.int64]
+    noise: FloatArray
+    noise_variance: FloatArray
+    outlier_probability: FloatArray
 
     @property
     def fault_probability(self) -> FloatArray:

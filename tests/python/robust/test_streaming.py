@@ -270,3 +270,57 @@ def test_streaming_does_not_change_what_run_gives() -> None:
     for name in FIELDS:
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
     assert frozen(used.save()) == before
+
+
+@pytest.mark.parametrize("hypotheses", ["sensor", "measurement"])
+def test_measurements_of_a_step_have_the_bits_of_the_batch(hypotheses: str) -> None:
+    """Noise, outlier probability and the number of the push, in order of validity."""
+    kinds = (("drifting", "frozen"), ("outage",)) if hypotheses == "sensor" else (("outage",),) * 2
+    case = random_scene(5, kinds=kinds, measurements=14)
+    options: dict[str, Any] = {"hypotheses": hypotheses, "prior": "constant", "carry": "one"}
+    if hypotheses == "measurement":
+        options["components"] = 1
+    filter, times = case.filter(**options), [0.5, 1.0]
+    result = case.filter(**options).run(case.log, times=times)
+    latency = {sensor.name: sensor.latency for sensor in case.sensors}
+    valid = case.log.time - [latency[name] for name in case.log.sensor]
+    for t, s, z in case.rows:  # pushed in order of validity: the number is the row's place
+        sensor = case.sensors[s]
+        assert filter.push(round(t + sensor.latency, 9), sensor.name, z).name == "ok"
+    for k, time in enumerate(times):
+        estimate = filter.estimate(time)
+        rows = np.flatnonzero(result.step == k)
+        rows = rows[np.argsort(valid[rows], kind="stable")]
+        assert len(estimate.noise_id) == len(rows) > 0
+        assert np.array_equal(np.array([case.rows[i][2] for i in estimate.noise_id]),
+                              case.log.value[rows])  # fmt: skip
+        if hypotheses == "sensor":
+            assert estimate.noise.tobytes() == result.noise[rows].tobytes()
+            assert estimate.noise_variance.tobytes() == result.noise_variance[rows].tobytes()
+            assert np.isnan(estimate.outlier_probability).all()
+        else:
+            assert (
+                estimate.outlier_probability.tobytes() == result.outlier_probability[rows].tobytes()
+            )
+            assert np.isnan(estimate.noise).all()
+        np.testing.assert_array_equal(estimate.fault_probability, result.fault_probability[k])
+        names = [result.mode_names[s][m] for s, m in enumerate(result.hypothesis[k])]
+        assert estimate.hypothesis == tuple(names)
+    assert len(filter.estimate(2.0).noise_id) == 0
+
+
+@pytest.mark.parametrize("hypotheses", ["sensor", "measurement"])
+def test_tiny_noise_keeps_its_likelihood(hypotheses: str) -> None:
+    """S of 1e-307: the product of two is no normal number, the sum of their logarithms is."""
+    outage = sf.Outage(span=1.0, probability=1e-6)
+    sensors = [sf.Sensor(name, 2e-154, faults=(outage,)) for name in "ab"]
+    filter = sf.RobustFilter(
+        sf.ConstantAcceleration(0.0), sensors, [0.0, 0.0], np.diag([4e-308, 0.0]), start=0.0,
+        hypotheses=hypotheses, carry="one",
+    )  # fmt: skip
+    filter.push(0.5, "a", 0.0)
+    filter.push(0.5, "b", 0.0)
+    filter.estimate(1.0)
+    S = np.array([[8.0, 4.0], [4.0, 8.0]])  # 1e-308
+    expected = 308 * np.log(10) - np.log(2 * np.pi) - 0.5 * np.log(np.linalg.det(S))
+    assert filter.log_likelihood == pytest.approx(expected + 2 * np.log1p(-1e-6), rel=1e-6)

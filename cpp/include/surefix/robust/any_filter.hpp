@@ -58,6 +58,8 @@ class AnyFilter {
   /// All hypotheses of the last step, weights normalised.
   [[nodiscard]] virtual const Components& hypotheses() const noexcept = 0;
   [[nodiscard]] virtual const ModeTable& table() const noexcept = 0;
+  /// Of every measurement used in the last step of the stream.
+  [[nodiscard]] virtual const std::vector<MeasurementReport>& report() const noexcept = 0;
 
   /// Batch, from the filter's initial state; the filter itself stays as it is.
   [[nodiscard]] virtual PreparedLog prepare(const desync::LogView& log, Status* status) const = 0;

@@ -6,6 +6,7 @@
 #include "surefix/desync/intake.hpp"
 #include "surefix/desync/step_buffer.hpp"
 #include "surefix/robust/estimate.hpp"
+#include "surefix/robust/measurement_report.hpp"
 
 namespace surefix::robust {
 
@@ -18,6 +19,7 @@ struct FilterSetup {
   Carry carry;
   LimitRequest limits;
   PerMeasurement per_measurement{};
+  bool noise = false;  ///< whether a stream estimates the noise of its measurements
 };
 
 /// `Capacity`: measurements that a step can hold, or −1 for one chosen at construction.
@@ -37,6 +39,8 @@ class Filter {
         started_(start.has_value()),
         oldest_(start.value_or(0)) {
     if constexpr (Capacity < 0) buffer_ = desync::StepBuffer<Capacity>(capacity);
+    if (setup.noise) recursion_.estimate_noise();
+    report_.reserve(capacity);
     recursion_.start(initial_, oldest_);
   }
 
@@ -68,6 +72,7 @@ class Filter {
       if (recursion_.status(i) != Status::ok) counters_.move(Status::ok, recursion_.status(i));
     started_ = true;
     oldest_ = time + 1;
+    write_report(ready);
     buffer_.pop(ready);
     out = evaluation_(recursion_);
     return status;
@@ -82,11 +87,14 @@ class Filter {
     started_ = started;
     oldest_ = oldest;
     counters_ = counters;
+    report_.clear();
     buffer_.clear();
     for (std::size_t i = 0; i < count; ++i) (void)buffer_.push(waiting[i]);
     return Status::ok;
   }
 
+  /// Of every measurement used in the last step, in order of validity.
+  [[nodiscard]] const std::vector<MeasurementReport>& report() const noexcept { return report_; }
   [[nodiscard]] bool started() const noexcept { return started_; }
   [[nodiscard]] Time oldest() const noexcept { return oldest_; }
   [[nodiscard]] const Recursion<FaultSystem>& recursion() const noexcept { return recursion_; }
@@ -94,6 +102,22 @@ class Filter {
   [[nodiscard]] const desync::StepBuffer<Capacity>& buffer() const noexcept { return buffer_; }
 
  private:
+  void write_report(std::size_t ready) noexcept {
+    report_.clear();
+    for (std::size_t i = 0; i < ready; ++i) {
+      if (recursion_.status(i) != Status::ok) continue;
+      const std::size_t used = report_.size();
+      MeasurementReport row;
+      row.id = buffer_[i].id;
+      row.sensor = buffer_[i].sensor;
+      if (recursion_.per_measurement()) row.outlier = recursion_.outlier(used);
+      if (recursion_.estimates_noise()) {
+        row.noise = recursion_.noise(used).noise;
+        row.noise_variance = recursion_.noise(used).variance;
+      }
+      report_.push_back(row);  // within what is reserved
+    }
+  }
   [[nodiscard]] Time first_time(std::size_t ready, Time time) const noexcept {
     return ready > 0 ? buffer_[0].valid : time;
   }
@@ -104,6 +128,7 @@ class Filter {
   bool started_;
   Time oldest_;
   Counters counters_{};
+  std::vector<MeasurementReport> report_;
   desync::StepBuffer<Capacity> buffer_{};
 };
 

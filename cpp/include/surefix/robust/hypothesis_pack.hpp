@@ -128,8 +128,11 @@ class HypothesisPack {
     }
     visit(i, reading.at, out);
     squares_ += used_[s] * (innovation.square() / out.variance);
-    product_ *= out.variance * scale_[s];
-    if (!within(product_, 1e-100, 1e100)) set_aside();
+    const Lane before = product_, factor = out.variance * scale_[s];
+    product_ *= factor;
+    if (within(product_, 1e-100, 1e100)) return true;
+    log_determinant_ += before.log() + factor.log();  // their product may be no normal number
+    product_ = Lane(1.0);
     return true;
   }
 

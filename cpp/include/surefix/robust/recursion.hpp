@@ -155,6 +155,7 @@ class Recursion {
   [[nodiscard]] typename StepNoise<FaultSystem>::Value noise(std::size_t i) const noexcept {
     return noise_[i];
   }
+  [[nodiscard]] bool estimates_noise() const noexcept { return noisy_; }
   [[nodiscard]] bool per_measurement() const noexcept { return per_measurement_.capacity > 0; }
   /// What goes on to the next step.
   [[nodiscard]] const Components& components() const noexcept { return state_.components; }

@@ -115,8 +115,13 @@ struct TreeNode {
                                          });
     if (!updated) return false;
     squares += used * (innovation.square() / out.variance);
-    product *= out.variance * scale;
-    if (!within(product, 1e-100, 1e100)) settle();
+    const Lane before = product, factor = out.variance * scale;
+    product *= factor;
+    if (within(product, 1e-100, 1e100)) return true;
+    product = before;
+    settle();
+    product = factor;  // whose product may be no normal number
+    settle();
     return true;
   }
 };
