@@ -159,7 +159,7 @@ class HypothesisPack {
 
   Belief belief_;
   std::vector<Lane> variance_, used_, scale_, walk_;  // of every sensor
-  Lane squares_, log_determinant_, product_;
+  Lane squares_ = Lane(0.0), log_determinant_ = Lane(0.0), product_ = Lane(1.0);
 };
 
 }  // namespace surefix::robust

@@ -26,7 +26,8 @@ class Recursion {
         prior_(prior),
         carry_(carry),
         per_measurement_(per_measurement),
-        branches_(system, room(table, carry, per_measurement)) {
+        branches_(system, room(table, carry, per_measurement)),
+        noise_(system) {
     const auto R = static_cast<std::size_t>(table.count());
     const bool one = carry.kind == Carry::Kind::one_gaussian;
     const std::size_t K = one ? 1 : static_cast<std::size_t>(carry.components);
@@ -59,7 +60,6 @@ class Recursion {
   /// hypothesis; not for hypotheses per measurement.
   void estimate_noise() {
     noisy_ = !per_measurement();
-    noise_ = StepNoise<FaultSystem>(system_);
     noise_.reserve(plan_.capacity());
     mass_.resize(static_cast<std::size_t>(table_.count()));
   }

@@ -22,7 +22,6 @@ class StepNoise {
     double variance;
   };
 
-  StepNoise() = default;
   explicit StepNoise(const FaultSystem& system) : pack_(system) {}
 
   /// Room for steps of so many measurements.
