@@ -59,7 +59,8 @@ class MeasurementTree {
     if (outliers && 2 * padded() > faults_.size()) keep({}, faults_.size() / 2);
     // What went before may have been right about this one, whatever the others say of it.
     constexpr double half_log_2pi = 0.91893853320467274178;
-    log_lost_ += log_sum(prior.log_healthy - half_log_2pi - std::log(sigma), prior.log_outlier);
+    if (log_lost_ > -std::numeric_limits<double>::infinity())
+      log_lost_ += log_sum(prior.log_healthy - half_log_2pi - std::log(sigma), prior.log_outlier);
     const std::size_t parents = count_;
     const bool whole = parents % lanes == 0;  // then children have packs of their own
     if (outliers && !whole) {
@@ -101,6 +102,7 @@ class MeasurementTree {
     to.resize(count_);
     for (std::size_t h = 0; h < count_; h += lanes) {
       Node& node = nodes_[h / lanes];
+      node.settle();
       node.move(leg);
       node.store(to, h, std::min(lanes, count_ - h));
     }

@@ -76,27 +76,22 @@ struct TreeNode {
     product = Lane(1.0);
   }
 
-  /// The first `count` lanes as components from the h-th on; a hypothesis that overflowed has no
-  /// weight.
+  /// The first `count` lanes, settled, as components from the h-th on; a hypothesis that overflowed
+  /// has no weight. Nothing is called: what a call would leave in memory stays in registers.
   SUREFIX_INLINE void store(Components& to, std::size_t h, std::size_t count) const noexcept {
     const int n = belief.size();
     Lane sum = squares;
     loop<System::size>(n, [&](int j) SUREFIX_LAMBDA { sum += belief.x(j) + belief.P(j, j); });
-    const Lane valid = sum * 0.0;
-    for (std::size_t l = 0; l < count; ++l) {
-      const auto i = static_cast<Eigen::Index>(l);
-      to.log_weight(h + l) = valid(i) == 0.0
-                                 ? log_weight(i) - 0.5 * (squares(i) + std::log(product(i)))
-                                 : -std::numeric_limits<double>::infinity();
-      to.squares(h + l) = squares(i);
-      to.hypothesis(h + l) = 0;
-    }
-    double* x = to.x(h);  // after the logarithms: a call leaves nothing in registers
+    const Lane valid = sum * 0.0, weight = log_weight - 0.5 * squares;
+    double* x = to.x(h);
     double* P = to.P(h);
-    for (Eigen::Index l = 0; l < static_cast<Eigen::Index>(count); ++l, x += n, P += n * n) {
-      loop<System::size>(n, [&](int j) SUREFIX_LAMBDA {
-        x[j] = belief.x(j)(l);
-        loop<System::size>(n, [&](int i) SUREFIX_LAMBDA { P[j * n + i] = belief.P(i, j)(l); });
+    for (std::size_t l = 0; l < count; ++l, x += n, P += n * n) {
+      const auto i = static_cast<Eigen::Index>(l);
+      to.log_weight(h + l) = valid(i) == 0.0 ? weight(i) : -std::numeric_limits<double>::infinity();
+      to.squares(h + l) = squares(i);
+      loop<System::size>(n, [&](int c) SUREFIX_LAMBDA {
+        x[c] = belief.x(c)(i);
+        loop<System::size>(n, [&](int r) SUREFIX_LAMBDA { P[c * n + r] = belief.P(r, c)(i); });
       });
     }
   }
