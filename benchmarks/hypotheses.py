@@ -11,19 +11,25 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def measure(build: Path) -> dict[str, Any]:
-    """Figures of ``hypotheses.cpp`` [µs]; stops if the hypotheses differ from those by hand."""
-    build.mkdir(parents=True, exist_ok=True)
-    program = build / "hypotheses"
-    flags = ["-std=c++17", "-O3", "-ffp-contract=off", "-fno-tree-slp-vectorize"]
-    sources = [ROOT / "benchmarks" / "hypotheses.cpp", ROOT / "cpp/src/robust/alert_limits.cpp"]
-    include = [f"-I{ROOT / 'cpp/include'}", "-isystem", "/usr/include/eigen3"]
-    subprocess.run(["g++", *flags, *include, *map(str, sources), "-o", str(program)], check=True)
-    answer = subprocess.run([str(program)], capture_output=True, text=True, check=True)
-    figures: dict[str, Any] = json.loads(answer.stdout)
+    """Figures of ``hypotheses.cpp`` ('tree') and ``robust_step.cpp`` ('step') [µs]; stops if the
+    hypotheses differ from those by hand."""
+    figures = {"tree": _run(build, "hypotheses"), "step": _run(build, "robust_step")}
     for row in figures["tree"]:
         if not row["max_error"] < 1e-9:
             raise SystemExit(f"W5: differs from the reference by {row['max_error']:.1e}")
     return figures
+
+
+def _run(build: Path, name: str) -> list[dict[str, Any]]:
+    build.mkdir(parents=True, exist_ok=True)
+    program = build / name
+    flags = ["-std=c++17", "-O3", "-ffp-contract=off", "-fno-tree-slp-vectorize"]
+    sources = [ROOT / "benchmarks" / f"{name}.cpp", ROOT / "cpp/src/robust/alert_limits.cpp"]
+    include = [f"-I{ROOT / 'cpp/include'}", "-isystem", "/usr/include/eigen3"]
+    subprocess.run(["g++", *flags, *include, *map(str, sources), "-o", str(program)], check=True)
+    answer = subprocess.run([str(program)], capture_output=True, text=True, check=True)
+    rows: list[dict[str, Any]] = json.loads(answer.stdout)
+    return rows
 
 
 def show(figures: dict[str, Any]) -> None:
