@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix.core.checks import FloatArray
-
-CONFIDENCE = 0.95
+from surefix.intervals import CONFIDENCE, share_interval
 
 
 class Limited(Protocol):
@@ -78,10 +77,5 @@ def summary(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 def upper_confidence(found: int, runs: int, confidence: float = CONFIDENCE) -> float:
     """The largest share p for which ``found`` or fewer of ``runs`` still have the probability
-    1 − ``confidence`` (Clopper and Pearson)."""
-    low, high = found / runs, 1.0
-    while high - low > 1e-9 and found < runs:
-        p = (low + high) / 2
-        tail = sum(math.comb(runs, k) * p**k * (1 - p) ** (runs - k) for k in range(found + 1))
-        low, high = (p, high) if tail > 1 - confidence else (low, p)
-    return high
+    1 − ``confidence``: the upper end of an interval that leaves as much on either side."""
+    return share_interval(found, runs, 2 * confidence - 1)[1]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import surefix as sf
+from surefix.intervals import share_interval
 from surefix.validation import importance, validate
 from surefix.validation.condition import Condition, tail
 from surefix.validation.importance import Proposal
-from surefix.validation.intervals import share_interval
 from surefix.validation.measure import measure
 from surefix.validation.scenario import Scenario, raised, stationary, transition
 from surefix.validation.simulate import Runs, joined, simulate

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
 from surefix import tables
 from surefix.cli import outputs
@@ -55,10 +54,4 @@ def inject(
     numbers: dict[str, Any] = {"log": str(log), "config": str(config), **found}
     numbers["report"] = report(numbers)
     tables.plain(out / "inject.json", numbers)
-    if json:
-        typer.echo(tables.as_json(numbers))
-        return
-    console = Console(highlight=False)
-    for line in numbers["report"]:
-        console.print(line, markup=False, soft_wrap=True)
-    console.print(f"\nwritten to {out}", markup=False, soft_wrap=True)
+    outputs.show_report(numbers, out, json=json)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
+from rich.console import Console
 
 from surefix import tables
 from surefix.errors import ConfigError
@@ -56,6 +57,21 @@ def write_tables(
         tables.write_columns_json(folder / "estimates.json", estimates)
         tables.write_columns_json(folder / "events.json", events)
         tables.write_flat_csv(folder / "summary.csv", summary)
+
+
+def show_report(
+    numbers: Mapping[str, Any], folder: Path, *, json: bool, title: str | None = None
+) -> None:
+    """Numbers as JSON, or their ``report`` line by line and where the files are, on stdout."""
+    if json:
+        typer.echo(tables.as_json(numbers))
+        return
+    console = Console(highlight=False)
+    if title is not None:
+        console.print(f"[bold]{title}[/]\n")
+    for line in numbers["report"]:
+        console.print(line, markup=False, soft_wrap=True)
+    console.print(f"\nwritten to {folder}", markup=False, soft_wrap=True)
 
 
 def can_plot() -> bool:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from surefix import tables
+from surefix.cli import outputs
 from surefix.cli.terminal import phases, reports_errors
 from surefix.studies import STUDIES, run_study
 
@@ -36,10 +36,4 @@ def study(
     folder = Path(name) if out is None else out
     with phases() as shown, shown.phase(name) as advance:
         numbers = run_study(name, folder, advance)
-    if json:
-        typer.echo(tables.as_json(numbers))
-        return
-    console.print(f"[bold]{STUDIES[name].title}[/]\n")
-    for line in numbers["report"]:
-        console.print(line, markup=False, soft_wrap=True)
-    console.print(f"\nwritten to {folder}", markup=False, soft_wrap=True)
+    outputs.show_report(numbers, folder, json=json, title=STUDIES[name].title)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from surefix import tables
 from surefix.cli import outputs
@@ -35,16 +34,9 @@ def validate(
     outputs.check_folder(out)
     with phases() as shown, shown.phase("measuring") as advance:
         numbers = measure.validate(runs, seed, settings=names, progress=advance)
-    lines = report(numbers)
-    numbers["report"] = lines
+    numbers["report"] = report(numbers)
     out.mkdir(parents=True, exist_ok=True)
     tables.plain(out / "validate.json", numbers)
     if outputs.can_plot():
         outputs.save_figure(make_figure(numbers), out / "figure.png")
-    if json:
-        typer.echo(tables.as_json(numbers))
-        return
-    console = Console(highlight=False)
-    for line in lines:
-        console.print(line, markup=False, soft_wrap=True)
-    console.print(f"\nwritten to {out}", markup=False, soft_wrap=True)
+    outputs.show_report(numbers, out, json=json)

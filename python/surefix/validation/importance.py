@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix.core.checks import FloatArray
+from surefix.intervals import CONFIDENCE
 from surefix.validation.scenario import Modes, Scenario, raised, stationary, transition
 
-CONFIDENCE = 0.95
 LEAST_EFFECTIVE = 10.0  # runs; an estimate from fewer is none
 
 

@@ -13,10 +13,10 @@ import surefix as sf
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.errors import ConfigError
+from surefix.intervals import CONFIDENCE, share_interval
 from surefix.parallel import in_parallel
 from surefix.validation import importance
 from surefix.validation.condition import outside
-from surefix.validation.intervals import share_interval
 from surefix.validation.simulate import Runs, joined, simulate
 from surefix.validation.violations import SETTINGS, Setting
 
@@ -61,7 +61,7 @@ def validate(
                 progress(round(1000 * (i + part / of)), 1000 * total)
 
         done[name] = measure(SETTINGS[name], count, start, claimed, advance)
-    return {"runs": count, "seed": start, "confidence": importance.CONFIDENCE, "settings": done}
+    return {"runs": count, "seed": start, "confidence": CONFIDENCE, "settings": done}
 
 
 def measure(

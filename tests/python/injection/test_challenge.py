@@ -20,6 +20,15 @@ from surefix.config import Config, load_config
 from surefix.injection import judge
 from surefix.injection.challenge import challenge
 
+FALLIBLE = """[[sensor]]
+name = "NAME"
+sigma = 0.2
+faults = [
+    { mode = "outage", span = 60.0, rate = 1e-3, duration = 5.0 },
+    { mode = "drifting", sigma = 10.0, walk = 0.3, rate = 1e-3, duration = 10.0 },
+    { mode = "frozen", resolution = 1e-6, span = 60.0, rate = 1e-3, duration = 10.0 },
+]
+"""
 CONFIG = """
 [model]
 kind = "constant-acceleration"
@@ -28,22 +37,9 @@ jerk = 0.3
 state = [10.0, 0.0]
 sigma = [2.0, 0.5]
 time = 0.0
-[[sensor]]
-name = "a"
-sigma = 0.2
-faults = [
-    { mode = "outage", span = 60.0, rate = 1e-3, duration = 5.0 },
-    { mode = "drifting", sigma = 10.0, walk = 0.3, rate = 1e-3, duration = 10.0 },
-    { mode = "frozen", resolution = 1e-6, span = 60.0, rate = 1e-3, duration = 10.0 },
-]
-[[sensor]]
-name = "b"
-sigma = 0.2
-faults = [
-    { mode = "outage", span = 60.0, rate = 1e-3, duration = 5.0 },
-    { mode = "drifting", sigma = 10.0, walk = 0.3, rate = 1e-3, duration = 10.0 },
-    { mode = "frozen", resolution = 1e-6, span = 60.0, rate = 1e-3, duration = 10.0 },
-]
+"""
+CONFIG += FALLIBLE.replace("NAME", "a") + FALLIBLE.replace("NAME", "b")
+CONFIG += """\
 [[sensor]]
 name = "c"
 sigma = 0.2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from surefix.validation.importance import CONFIDENCE
+CONFIDENCE = 0.95
 
 
 def share_interval(found: int, runs: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
