@@ -94,5 +94,6 @@ class Block {
 void bind_core(py::module_& module);
 void bind_desync(py::module_& module);
 void bind_robust(py::module_& module);
+void bind_switching(py::module_& module);
 
 }  // namespace surefix::bindings

@@ -6,4 +6,5 @@ PYBIND11_MODULE(_core, module) {
   surefix::bindings::bind_core(module);
   surefix::bindings::bind_desync(module);
   surefix::bindings::bind_robust(module);
+  surefix::bindings::bind_switching(module);
 }

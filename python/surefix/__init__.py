@@ -28,6 +28,11 @@ from surefix.robust.limits import alert_limits, risk_per_estimate
 from surefix.robust.modes import Drifting, Frozen, Interrupted, Noisy, Outage
 from surefix.robust.prior import CommonFault
 from surefix.robust.result import RobustEstimate, RobustResult
+from surefix.switching.filters import GenieFilter, IMMFilter, OneStepFilter
+from surefix.switching.linear_optimal import LinearCondition, LinearOptimalFilter
+from surefix.switching.linear_system import LinearSystem
+from surefix.switching.mode_chain import ModeChain
+from surefix.switching.result import SwitchingResult
 
 __all__ = [
     "CommonFault",
@@ -40,13 +45,20 @@ __all__ = [
     "Drifting",
     "Estimate",
     "Frozen",
+    "GenieFilter",
+    "IMMFilter",
     "InjectedFault",
     "Interrupted",
+    "LinearCondition",
     "LinearModel",
+    "LinearOptimalFilter",
+    "LinearSystem",
     "Log",
+    "ModeChain",
     "Model",
     "Noisy",
     "NumericalError",
+    "OneStepFilter",
     "Outage",
     "Result",
     "RobustEstimate",
@@ -57,6 +69,7 @@ __all__ = [
     "Status",
     "StepUpdate",
     "SurefixError",
+    "SwitchingResult",
     "__version__",
     "alert_limits",
     "chi_squared_p_value",

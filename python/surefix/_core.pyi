@@ -1,7 +1,7 @@
 """Types of the engine. Private: use `import surefix`."""
 
 from collections.abc import Sequence
-from typing import Any, overload
+from typing import Any, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -161,3 +161,95 @@ class RobustEngine:
     ) -> dict[str, Any]: ...
     def save(self) -> dict[str, Any]: ...
     def restore(self, saved: dict[str, Any]) -> str: ...
+
+MAX_SWITCHING_SIZE: int
+
+class LinearSystemEngine:
+    def __init__(
+        self,
+        A: npt.ArrayLike,
+        Q: npt.ArrayLike,
+        H: npt.ArrayLike,
+        R: npt.ArrayLike,
+        x0: npt.ArrayLike,
+        P0: npt.ArrayLike,
+    ) -> None: ...
+
+class StateMap:
+    def __init__(
+        self, states: Sequence[Sequence[int]], mean: Sequence[float], variance: Sequence[float]
+    ) -> None: ...
+
+_Problem: TypeAlias = tuple[str, int, int, float]
+
+class ModeChainEngine:
+    @staticmethod
+    def make(
+        modes: Sequence[tuple[float, float]],
+        transition: npt.ArrayLike,
+        initial: npt.ArrayLike | None,
+    ) -> ModeChainEngine | _Problem: ...
+    @staticmethod
+    def restore(
+        gamma: Sequence[float],
+        branches: Sequence[Sequence[tuple[float, float]]],
+        transition: npt.ArrayLike,
+        initial: npt.ArrayLike,
+    ) -> ModeChainEngine: ...
+    @staticmethod
+    def independent(
+        gamma: Sequence[float],
+        gamma_transition: npt.ArrayLike,
+        delta: Sequence[float],
+        delta_transition: npt.ArrayLike,
+    ) -> ModeChainEngine | _Problem: ...
+    def lumped(
+        self, groups: Sequence[Sequence[int]], law: npt.ArrayLike
+    ) -> ModeChainEngine | _Problem: ...
+    @property
+    def gamma(self) -> list[float]: ...
+    @property
+    def branches(self) -> list[list[tuple[float, float]]]: ...
+    @property
+    def transition(self) -> _Floats: ...
+    @property
+    def initial(self) -> _Floats: ...
+
+def check_transition(P: npt.ArrayLike) -> _Floats | _Problem: ...
+def stationary(P: npt.ArrayLike) -> _Floats | None: ...
+def transition_over(rates: npt.ArrayLike, dt: float) -> _Floats | str: ...
+def check_linear(
+    chain: ModeChainEngine, p: npt.ArrayLike, steps: int
+) -> tuple[bool, float, float, float, float, int]: ...
+
+class SwitchingEngine:
+    @staticmethod
+    def one_step(
+        system: LinearSystemEngine, chain: ModeChainEngine, p: npt.ArrayLike
+    ) -> SwitchingEngine | str: ...
+    @staticmethod
+    def imm(
+        systems: Sequence[LinearSystemEngine],
+        chain: ModeChainEngine,
+        p: npt.ArrayLike,
+        map: StateMap | None,
+    ) -> SwitchingEngine | str: ...
+    @staticmethod
+    def genie(
+        system: LinearSystemEngine, modes: Sequence[tuple[float, float]]
+    ) -> SwitchingEngine | str: ...
+    def run(
+        self, z: _Floats, modes: npt.NDArray[np.int32] | None, n: int, M: int, threads: int
+    ) -> tuple[_Floats, _Floats, _Floats, _Floats, str, int, int]: ...
+
+class LinearFilterEngine:
+    def __init__(
+        self,
+        system: LinearSystemEngine,
+        chain: ModeChainEngine,
+        p: npt.ArrayLike,
+        nominal: npt.ArrayLike | None,
+    ) -> None: ...
+    def run(
+        self, z: _Floats, modes: npt.NDArray[np.int32] | None, n: int, M: int, threads: int
+    ) -> tuple[_Floats, _Floats, _Floats, _Floats, str, int, int]: ...

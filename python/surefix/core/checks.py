@@ -177,6 +177,25 @@ def covariance(name: str, value: Any, size: int | None, *, definite: bool = Fals
     return result
 
 
+def covariances(name: str, value: Any, size: int, *, definite: bool = False) -> FloatArray:
+    """As `covariance`, of one matrix or of one for every step: (any, size, size)."""
+    given = np.asarray(value, dtype=np.float64) if not isinstance(value, np.ndarray) else value
+    if given.ndim != 3:
+        return covariance(name, value, size, definite=definite)[None]
+    result = array(name, value, (None, size, size))
+    deviation = np.sqrt(np.abs(np.diagonal(result, axis1=1, axis2=2)))
+    scale = deviation[:, :, None] * deviation[:, None, :]
+    other = result.transpose(0, 2, 1)
+    bad = (np.abs(result - other) > 1e-9 * scale + np.finfo(float).tiny).any(axis=(1, 2))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = np.where(scale > 0, (result + other) / 2 / scale, 0.0)
+    smallest = np.linalg.eigvalsh(correlation)[:, 0] if len(result) else np.zeros(0)
+    bad |= smallest < 1e-12 * size  # close to the edge: looked at one by one
+    for k in np.flatnonzero(bad):
+        covariance(f"{name}[{k}]", result[k], size, definite=definite)
+    return read_only((result + other) / 2)
+
+
 def _is_semidefinite(matrix: FloatArray, definite: bool) -> bool:
     """By the eigenvalues of the matrix scaled to a unit diagonal, so that units do not matter."""
     deviation = np.sqrt(np.diag(matrix))

@@ -7,12 +7,13 @@
 
 namespace surefix {
 
-/// What one scalar measurement brought: innovation ν = z − ẑ, its variance S = h P hᵀ + r, and
-/// the gain k = P hᵀ / S (n).
+/// What one scalar measurement brought: innovation ν = z − ẑ, its variance S = h P hᵀ + r with 1/S,
+/// and the gain k = P hᵀ / S (n).
 template <class G>
 struct Innovation {
   typename G::Scalar value;
   typename G::Scalar variance;
+  typename G::Scalar inverse;
   typename G::Vector gain;
 };
 
@@ -66,11 +67,16 @@ template <class G, class Row, class Variance>
 
   out.value = innovation;
   out.variance = S;
+  out.inverse = inverse;
   out.gain = b;
   loop<N>(n, [&](int i) SUREFIX_LAMBDA {
     out.gain(i) = b(i) * inverse;
     belief.x(i) += out.gain(i) * innovation;
   });
+  if constexpr (N == 1) {  // P⁺ = P r / S: nothing is subtracted
+    belief.P(0, 0) = r * (belief.P(0, 0) * inverse);
+    return true;
+  }
   loop<N>(n, [&](int j) SUREFIX_LAMBDA {
     loop<N>(n, [&](int i) SUREFIX_LAMBDA {
       if (i <= j) belief.P(i, j) -= (b(i) * b(j)) * inverse;

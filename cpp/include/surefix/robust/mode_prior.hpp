@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "surefix/robust/mode_chain.hpp"
+#include "surefix/core/rate_chain.hpp"
 #include "surefix/robust/mode_table.hpp"
 
 namespace surefix::robust {
@@ -48,7 +48,7 @@ class ModePrior {
   void advance(double dt, bool first) noexcept {
     if (kind_ == Kind::constant) return;
     for (std::size_t s = 0; s < chains_.size(); ++s) {
-      ModeChain& chain = chains_[s];
+      RateChain& chain = chains_[s];
       chain.advance(first ? forever : dt);
       const std::size_t size = static_cast<std::size_t>(chain.size());
       const std::size_t stride = kind_ == Kind::joint ? size : SensorModes::max_modes;
@@ -138,7 +138,7 @@ class ModePrior {
 
   Kind kind_ = Kind::constant;
   std::vector<SensorModes> sensors_;
-  std::vector<ModeChain> chains_;
+  std::vector<RateChain> chains_;
   std::vector<double> log_;  // of every sensor (max_modes × max_modes), or of the joint chain
 };
 

@@ -10,12 +10,12 @@
 
 #include "surefix/core/status.hpp"
 
-namespace surefix::robust {
+namespace surefix {
 
 /// Transition probabilities of one chain of `size` modes; row-major.
-class ModeChain {
+class RateChain {
  public:
-  ModeChain() = default;
+  RateChain() = default;
 
   /// A chain with rates G_ab ≥ 0 [1/s] from a to b ≠ a (the diagonal is not read).
   [[nodiscard]] ConfigStatus make(int size, const std::vector<double>& rates) {
@@ -107,4 +107,4 @@ class ModeChain {
   std::vector<double> generator_, probability_, power_, next_;
 };
 
-}  // namespace surefix::robust
+}  // namespace surefix

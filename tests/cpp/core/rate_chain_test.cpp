@@ -1,12 +1,12 @@
-#include "surefix/robust/mode_chain.hpp"
+#include "surefix/core/rate_chain.hpp"
 
 #include <gtest/gtest.h>
 
-namespace surefix::robust {
+namespace surefix {
 namespace {
 
-ModeChain two_modes(double fail, double repair) {
-  ModeChain chain;
+RateChain two_modes(double fail, double repair) {
+  RateChain chain;
   EXPECT_EQ(chain.make(2, {0.0, fail, repair, 0.0}), ConfigStatus::ok);
   return chain;
 }
@@ -16,10 +16,10 @@ double to_faulty(double fail, double repair, double dt) {
   return -fail / (fail + repair) * std::expm1(-(fail + repair) * dt);
 }
 
-TEST(ModeChain, OfTwoModesHasItsClosedForm) {
+TEST(RateChain, OfTwoModesHasItsClosedForm) {
   for (const double fail : {1e-12, 1e-4, 0.3})
     for (const double dt : {1e-9, 1e-3, 0.8, 50.0, 1e5}) {
-      ModeChain chain = two_modes(fail, 0.5);
+      RateChain chain = two_modes(fail, 0.5);
       chain.advance(dt);
       const double expected = to_faulty(fail, 0.5, dt);
       EXPECT_NEAR(chain(0, 1), expected, 1e-13 * expected) << fail << " " << dt;
@@ -29,20 +29,20 @@ TEST(ModeChain, OfTwoModesHasItsClosedForm) {
     }
 }
 
-TEST(ModeChain, StaysWhereItIsInNoTimeAndWithoutRates) {
-  ModeChain chain = two_modes(0.1, 0.2);
+TEST(RateChain, StaysWhereItIsInNoTimeAndWithoutRates) {
+  RateChain chain = two_modes(0.1, 0.2);
   chain.advance(1.0);
   chain.advance(0.0);
   EXPECT_EQ(chain(0, 0), 1.0);
   EXPECT_EQ(chain(0, 1), 0.0);
-  ModeChain still = two_modes(0.0, 0.0);
+  RateChain still = two_modes(0.0, 0.0);
   still.advance(1e12);
   EXPECT_EQ(still(1, 1), 1.0);
 }
 
-TEST(ModeChain, TwoStepsAreOne) {
+TEST(RateChain, TwoStepsAreOne) {
   const std::vector<double> rates{0.0, 0.01, 0.002, 1.0, 0.0, 0.0, 0.2, 0.3, 0.0};
-  ModeChain first, both;
+  RateChain first, both;
   ASSERT_EQ(first.make(3, rates), ConfigStatus::ok);
   ASSERT_EQ(both.make(3, rates), ConfigStatus::ok);
   first.advance(0.7);
@@ -59,18 +59,18 @@ TEST(ModeChain, TwoStepsAreOne) {
   }
 }
 
-TEST(ModeChain, ForgetsWhereItStarted) {
-  ModeChain chain = two_modes(1e-3, 0.2);
+TEST(RateChain, ForgetsWhereItStarted) {
+  RateChain chain = two_modes(1e-3, 0.2);
   chain.advance(1e12);
   EXPECT_NEAR(chain(0, 1), 1e-3 / 0.201, 1e-15);
   EXPECT_NEAR(chain(1, 1), 1e-3 / 0.201, 1e-15);
 }
 
-TEST(ModeChain, RefusesRatesThatAreNone) {
-  ModeChain chain;
+TEST(RateChain, RefusesRatesThatAreNone) {
+  RateChain chain;
   EXPECT_EQ(chain.make(2, {0.0, -1.0, 1.0, 0.0}), ConfigStatus::negative);
   EXPECT_EQ(chain.make(2, {0.0, std::nan(""), 1.0, 0.0}), ConfigStatus::not_finite);
 }
 
 }  // namespace
-}  // namespace surefix::robust
+}  // namespace surefix

@@ -1,0 +1,135 @@
+"""W2: scalar Kalman filters in a batch. W3: an IMM of three modes, one series and a batch."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import surefix as sf
+
+Floats = npt.NDArray[np.float64]
+
+A, Q, R, C, P0 = -0.8, 1.0, 1.0, 10.0, 1.0
+MODES = ((1, 1.0), (1, C), (0, 1.0))
+TRANSITION = np.array([[0.9, 0.05, 0.05], [0.2, 0.7, 0.1], [0.3, 0.1, 0.6]])
+SYSTEM = sf.LinearSystem(
+    A=np.array([[A]]), H=np.eye(1), Q=np.array([[Q]]), R=np.array([[R]]), x0=np.zeros(1),
+    P0=np.array([[P0]]),
+)  # fmt: skip
+RUNS, STEPS, LONG = 10_000, 100, 100_000
+
+
+def measure(build: Path, repeats: int) -> dict[str, Any]:
+    """Median ns per series-step and ratios to the loops by hand, all timed in turn."""
+    hand = _compiled(build)
+    z = np.random.RandomState(2).normal(size=(RUNS, STEPS, 1)) * 2.0
+    long = np.random.RandomState(3).normal(size=(LONG, 1)) * 2.0
+    chain = sf.ModeChain(MODES, TRANSITION)
+    genie, imm = sf.GenieFilter(SYSTEM), sf.IMMFilter(SYSTEM, chain)
+    w2 = _timed(
+        {
+            "by hand, blocked": (lambda: _w2(hand, z), z.size),
+            "surefix": (lambda: _both(genie.run(z, threads=1)), z.size),
+            "surefix, all cores": (lambda: _both(genie.run(z)), z.size),
+        },
+        repeats,
+    )
+    w3 = _timed(
+        {
+            "by hand, one series": (lambda: _w3(hand, long, chain.initial), long.size),
+            "surefix, one series": (lambda: _both(imm.run(long)), long.size),
+        },
+        repeats,
+    )
+    base = w3["by hand, one series"]["ns"]
+    batch = _timed({"surefix, batch": (lambda: _both(imm.run(z, threads=1)), z.size)}, repeats)
+    batch["surefix, batch"]["ratio"] = batch["surefix, batch"]["ns"] / base
+    return {"w2": w2, "w3": {**w3, **batch}}
+
+
+def show(figures: dict[str, Any]) -> None:
+    for key, title in (
+        ("w2", f"W2: {RUNS} scalar Kalman filters of {STEPS} steps, x and P kept"),
+        ("w3", "W3: IMM of three modes, scalar state; x, P, mode probabilities kept"),
+    ):
+        print(f"{title}\n{'':36}{'median ns':>10}{'fastest':>9}{'ratio':>8}")
+        for name, row in figures[key].items():
+            print(f"{name:36}{row['ns']:10.1f}{row['fastest_ns']:9.1f}{row['ratio']:8.2f}")
+
+
+Work = Callable[[], tuple[Floats, Floats]]
+
+
+def _timed(contenders: dict[str, tuple[Work, int]], repeats: int) -> dict[str, dict[str, float]]:
+    """All in turn; ratios to the first, whose answers the others must have to 1e-9."""
+    (base, (reference, _)), *_ = contenders.items()
+    truth = reference()
+    for name, (work, _) in contenders.items():
+        error = max(
+            float(np.abs(own - known).max()) for own, known in zip(work(), truth, strict=True)
+        )
+        if not error < 1e-9:
+            raise SystemExit(f"{name}: differs from {base} by {error:.1e}")
+    ns: dict[str, list[float]] = {name: [] for name in contenders}
+    ratio: dict[str, list[float]] = {name: [] for name in contenders}
+    for _ in range(repeats):
+        for name, (work, size) in contenders.items():
+            first = _seconds(reference)
+            own = _seconds(work)
+            ns[name].append(own / size * 1e9)
+            ratio[name].append(own / first)
+    return {
+        name: {
+            "ns": float(np.median(ns[name])),
+            "fastest_ns": min(ns[name]),
+            "ratio": float(np.median(ratio[name])),
+        }
+        for name in contenders
+    }
+
+
+def _seconds(work: Work) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def _both(result: sf.SwitchingResult) -> tuple[Floats, Floats]:
+    return result.x[..., 0], result.P[..., 0, 0]
+
+
+def _compiled(build: Path) -> ctypes.CDLL:
+    build.mkdir(parents=True, exist_ok=True)
+    source, library = Path(__file__).with_name("switching_reference.cpp"), build / "switching.so"
+    flags = ["-std=c++17", "-O3", "-ffp-contract=off", "-shared", "-fPIC"]
+    subprocess.run(["g++", *flags, str(source), "-o", str(library)], check=True)
+    functions = ctypes.CDLL(str(library))
+    pointer, number, size = ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t
+    functions.w2_blocked.argtypes = [pointer, size, size, *[number] * 4, pointer, pointer]
+    functions.w3_loop.argtypes = [pointer, size, pointer, pointer, *[number] * 5, *[pointer] * 3]
+    functions.w3_loop.restype = number
+    return functions
+
+
+def _w2(hand: ctypes.CDLL, z: Floats) -> tuple[Floats, Floats]:
+    x, P = np.empty(z.shape[:2]), np.empty(z.shape[:2])
+    hand.w2_blocked(z.ctypes.data, *z.shape[:2], A, Q, R, P0, x.ctypes.data, P.ctypes.data)
+    return x, P
+
+
+def _w3(hand: ctypes.CDLL, z: Floats, initial: Floats) -> tuple[Floats, Floats]:
+    T = len(z)
+    x, P, mode = np.empty(T), np.empty(T), np.empty((T, 3))
+    arrays = (z, TRANSITION, initial)
+    inputs = [array.ctypes.data for array in arrays]
+    hand.w3_loop(
+        inputs[0], T, *inputs[1:], A, Q, R, C, P0, x.ctypes.data, P.ctypes.data, mode.ctypes.data
+    )
+    return x, P

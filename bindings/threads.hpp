@@ -1,0 +1,30 @@
+// A range of independent work in several threads.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace surefix::bindings {
+
+/// work(first, last) over [0, count) in at most `threads` parts, each a multiple of `grain` long
+/// but the last; returns what they return, in order.
+template <class Work>
+auto in_parts(std::int64_t count, int threads, std::int64_t grain, Work&& work) {
+  const std::int64_t grains = (count + grain - 1) / grain;
+  const std::int64_t parts = std::max<std::int64_t>(1, std::min<std::int64_t>(threads, grains));
+  const std::int64_t each = (grains + parts - 1) / parts * grain;
+  std::vector<decltype(work(0, 0))> results(static_cast<std::size_t>(parts));
+  const auto part = [&](std::int64_t i) {
+    const std::int64_t first = std::min(i * each, count);
+    results[static_cast<std::size_t>(i)] = work(first, std::min(first + each, count));
+  };
+  std::vector<std::thread> others;
+  for (std::int64_t i = 1; i < parts; ++i) others.emplace_back(part, i);
+  part(0);
+  for (std::thread& other : others) other.join();
+  return results;
+}
+
+}  // namespace surefix::bindings

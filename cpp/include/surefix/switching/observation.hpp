@@ -1,0 +1,121 @@
+// z = γ H x + v, cov(v) = δ R, as rows of independent noise: R = L D Lᵀ, so that L⁻¹z has the rows
+// L⁻¹H and the variances D. A mode's γ multiplies the rows, its δ the variances.
+#pragma once
+
+#include <cmath>
+
+#include "surefix/core/lane.hpp"
+#include "surefix/core/status.hpp"
+#include "surefix/switching/sizes.hpp"
+
+namespace surefix::switching {
+
+/// Whether components of z are missing (NaN), or are infinite.
+struct Completeness {
+  bool missing = false, infinite = false;
+};
+
+template <class Z>
+[[nodiscard]] Completeness look_at(const Z& z) noexcept {
+  Completeness out;
+  for (int i = 0; i < static_cast<int>(z.size()); ++i) {
+    out.missing |= std::isnan(z(i));
+    out.infinite |= std::isinf(z(i));
+  }
+  return out;
+}
+
+/// H (m × n) and R (m × m, positive definite) of one step.
+template <class S>
+class Observation {
+ public:
+  using Rows = Eigen::Matrix<double, S::m, S::n, 0, S::max_m, S::max_n>;
+  using Noise = Eigen::Matrix<double, S::m, S::m, 0, S::max_m, S::max_m>;
+  using Row = typename Belief<S>::Vector;
+
+  [[nodiscard]] ConfigStatus make(const Rows& H, const Noise& R) noexcept {
+    if (R.rows() != H.rows() || R.cols() != H.rows()) return ConfigStatus::wrong_size;
+    if (!H.allFinite() || !R.allFinite()) return ConfigStatus::not_finite;
+    if ((R.array() != R.transpose().array()).any()) return ConfigStatus::not_semidefinite;
+    H_ = H;
+    R_ = R;
+    return factorise() ? ConfigStatus::ok : ConfigStatus::not_positive;
+  }
+
+  [[nodiscard]] int size() const noexcept { return static_cast<int>(H_.rows()); }
+  [[nodiscard]] double variance(int i) const noexcept { return variance_(i); }
+  /// 1 / variance.
+  [[nodiscard]] double precision(int i) const noexcept { return precision_(i); }
+  /// Π variance^{-1/2}: the density of the noise where it is zero, but for (2π)^{-m/2}.
+  [[nodiscard]] double density() const noexcept { return density_; }
+
+  /// Row i for a mode with this γ.
+  [[nodiscard]] SUREFIX_INLINE Row row(int i, double gamma) const noexcept {
+    Row h(rows_.cols());
+    loop<S::n>(static_cast<int>(rows_.cols()),
+               [&](int j) SUREFIX_LAMBDA { h(j) = gamma * rows_(i, j); });
+    return h;
+  }
+
+  /// z ← L⁻¹ z.
+  template <class Z>
+  SUREFIX_INLINE void whiten(Z& z) const noexcept {
+    for (int i = 1; i < size(); ++i)
+      for (int j = 0; j < i; ++j) z(i) -= L_(i, j) * z(j);
+  }
+
+  /// Becomes the observation of those components of z that are not NaN, of which `present` are the
+  /// values. False if a part of R is not definite, which rounding alone could make of a whole
+  /// that is.
+  template <class All>
+  [[nodiscard]] bool reduce(const Observation<All>& all, const Measured<All>& z,
+                            Measured<S>& present) noexcept {
+    std::array<int, S::max_m> kept{};
+    int count = 0;
+    for (int i = 0; i < all.size(); ++i)
+      if (!std::isnan(z(i))) kept[at(count++)] = i;
+    H_.resize(count, all.H_.cols());
+    R_.resize(count, count);
+    present.resize(count);
+    for (int i = 0; i < count; ++i) {
+      present(i) = z(kept[at(i)]);
+      H_.row(i) = all.H_.row(kept[at(i)]);
+      for (int j = 0; j < count; ++j) R_(i, j) = all.R_(kept[at(i)], kept[at(j)]);
+    }
+    return factorise();
+  }
+
+ private:
+  template <class Other>
+  friend class Observation;
+
+  [[nodiscard]] bool factorise() noexcept {
+    const int m = size();
+    L_ = Noise::Identity(m, m);
+    variance_.resize(m);
+    precision_.resize(m);
+    rows_ = H_;
+    density_ = 1.0;
+    Noise C = R_;
+    for (int k = 0; k < m; ++k) {
+      const double d = C(k, k);
+      if (!(d > 1e-14 * R_(k, k)) || !positive(d)) return false;
+      variance_(k) = d;
+      precision_(k) = 1.0 / d;
+      density_ /= std::sqrt(d);
+      for (int i = k + 1; i < m; ++i) L_(i, k) = C(i, k) / d;
+      for (int j = k + 1; j < m; ++j)
+        for (int i = j; i < m; ++i) C(i, j) -= L_(i, k) * L_(j, k) * d;
+    }
+    for (int i = 1; i < m; ++i)
+      for (int j = 0; j < i; ++j) rows_.row(i) -= L_(i, j) * rows_.row(j);
+    return true;
+  }
+
+  Rows H_, rows_;
+  Noise R_, L_;
+  Measured<S> variance_, precision_;
+  double density_ = 0.0;
+};
+
+}  // namespace surefix::switching

@@ -1,0 +1,236 @@
+// One step of the one-step near-optimal filter (Sigalov & Oshman, section III) and of the IMM
+// (section IV): each mode predicts, reads the measurement and says how probable it was; the
+// answers are merged. They differ only in what a mode starts from.
+#pragma once
+
+#include <cstdint>
+
+#include "surefix/core/predict.hpp"
+#include "surefix/core/status.hpp"
+#include "surefix/core/transition.hpp"
+#include "surefix/switching/likelihood.hpp"
+#include "surefix/switching/mixture.hpp"
+#include "surefix/switching/state.hpp"
+#include "surefix/switching/state_map.hpp"
+
+namespace surefix::switching {
+
+template <class S>
+using Transition = DenseTransition<S::n, S::max_n>;
+
+/// What a mode starts a step from.
+enum class Method : std::uint8_t {
+  one_step,  ///< the merged estimate, the same for all modes
+  imm,       ///< its own mixture of the modes before (17), (18)
+};
+
+/// How state and mode have moved since the step before, with one system or one for every mode. The
+/// first step has no transitions.
+template <class S>
+struct Step {
+  const Transition<S>* const* transition;  // (systems), null in the first step
+  const double* p;                         // (M × M) transitions of the modes, rows before
+  bool per_mode;                           // a system for every mode
+  const StateMap* map;                     // of systems with different states, else null
+
+  [[nodiscard]] int system(int mode) const noexcept { return per_mode ? mode : 0; }
+};
+
+/// Room that a step works in.
+template <class S, class Lane>
+struct Workspace {
+  ModePrior<S, Lane> before;
+  Likelihood<S, Lane> likelihood;
+
+  void make(int M) {
+    resize(before.prior, M);
+    resize(before.log_prior, M);
+    resize(before.share, M * M);
+    resize(likelihood.exponent, M);
+    resize(likelihood.factor, M);
+    resize(likelihood.noise, M);
+  }
+};
+
+/// The modes' beliefs and probabilities before the measurement; `from` and `to` are two states.
+template <Method method, bool in_logs, class S, class Lane>
+SUREFIX_INLINE void predict_modes(const Step<S>& step, const State<S, Lane>& from,
+                                  State<S, Lane>& to, Workspace<S, Lane>& room, int M) noexcept {
+  if (step.transition == nullptr) {
+    loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
+      assign(to.bank[at(j)], from.bank[at(j)]);
+      room.before.prior[at(j)] = from.law.mode[at(j)];
+      if constexpr (in_logs) room.before.log_prior[at(j)] = log_mode(from.law, j);
+    });
+    return;
+  }
+  if constexpr (in_logs) {
+    predict_in_logs(from.law, step.p, M, room.before);
+  } else {
+    predict(from.law, step.p, M, room.before);
+  }
+  loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
+    auto& belief = to.bank[at(j)];
+    if constexpr (method == Method::one_step) {
+      if (j == 0) {
+        assign(belief, from.merged);
+        predict(belief, *step.transition[0]);
+      } else {
+        assign(belief, to.bank[0]);
+      }
+    } else {
+      const auto share = [&](int i) SUREFIX_LAMBDA -> const Lane& {
+        return room.before.share[at(i * M + j)];
+      };
+      if (S::n == Eigen::Dynamic && step.map != nullptr) {
+        using From = std::decay_t<decltype(from.bank)>;
+        mix<S::M>(MappedStates<From, Lane>{from.bank, *step.map, step.map->states[at(j)]}, M,
+                  share, belief);
+      } else {
+        mix<S::M>(SameStates<std::decay_t<decltype(from.bank)>>{from.bank}, M, share, belief);
+      }
+      predict(belief, *step.transition[step.system(j)]);
+    }
+  });
+}
+
+/// The estimate of all modes together.
+template <class S, class Lane>
+SUREFIX_INLINE void merge(const Step<S>& step, State<S, Lane>& to, int M) noexcept {
+  using From = std::decay_t<decltype(to.bank)>;
+  const auto weight = [&](int j) SUREFIX_LAMBDA -> const Lane& { return to.law.mode[at(j)]; };
+  if (S::n == Eigen::Dynamic && step.map != nullptr) {
+    mix<S::M>(MappedStates<From, Lane>{to.bank, *step.map, step.map->all}, M, weight, to.merged);
+  } else {
+    mix<S::M>(SameStates<From>{to.bank}, M, weight, to.merged);
+  }
+}
+
+/// Lanes, as bits, whose step has to be taken again in logarithms: a probability or a density has
+/// come near the end of the numbers.
+template <class Lane>
+[[nodiscard]] SUREFIX_INLINE std::uint32_t unusual(const Lane& fall, const Lane& least_prior,
+                                                   const Lane& total) noexcept {
+  constexpr double deepest = -300.0, smallest = 1e-200, largest = 1e200;
+  if (finite(fall) && least(fall) >= deepest && least(least_prior) >= smallest_plain &&
+      within(total, smallest, largest))
+    return 0;
+  std::uint32_t bits = 0;
+  for (int i = 0; i < Lanes<Lane>::count; ++i) {
+    using L = Lanes<Lane>;
+    const bool usual = L::get(fall, i) >= deepest && L::get(least_prior, i) >= smallest_plain &&
+                       L::get(total, i) >= smallest && L::get(total, i) <= largest;
+    if (!usual) bits |= std::uint32_t{1} << i;
+  }
+  return bits;
+}
+
+/// What every mode makes of z: its belief, and the exponent and factor of its density (of γ = 0
+/// the exponent alone). False if an innovation's variance is not positive.
+template <bool in_logs, class S, class O, class Lane>
+[[nodiscard]] SUREFIX_INLINE bool read_all(const Step<S>& step,
+                                           const Observation<O>* const* observation,
+                                           const ModeTable<S>& modes, const Measured<O, Lane>& z,
+                                           State<S, Lane>& to,
+                                           Likelihood<S, Lane>& out) noexcept {
+  Measured<O, Lane> white = z;
+  observation[0]->whiten(white);
+  bool good = true;
+  loop<S::M>(modes.size(), [&](int j) SUREFIX_LAMBDA {
+    const Observation<O>& own = *observation[step.system(j)];
+    if (step.per_mode && j > 0) {
+      white = z;
+      own.whiten(white);
+    }
+    if (modes.gamma(j) == 0.0) {
+      square_of_noise(own, white, out.noise[at(j)]);
+      out.exponent[at(j)] = out.noise[at(j)] * (-0.5 / modes.greatest(j));
+    } else {
+      good &= read<in_logs>(to.bank[at(j)], own, white, modes.gamma(j), modes.delta(j),
+                            out.exponent[at(j)], out.factor[at(j)]);
+    }
+  });
+  return good;
+}
+
+/// A step with measurements z, none missing. Returns the lanes in which it does not hold.
+template <Method method, class S, class O, class Lane>
+SUREFIX_INLINE std::uint32_t take_step(const Step<S>& step,
+                                       const Observation<O>* const* observation,
+                                       const ModeTable<S>& modes, const Measured<O, Lane>& z,
+                                       const State<S, Lane>& from, State<S, Lane>& to,
+                                       Workspace<S, Lane>& room) noexcept {
+  const int M = modes.size();
+  predict_modes<method, false>(step, from, to, room, M);
+  Likelihood<S, Lane>& found = room.likelihood;
+  if (!read_all<false>(step, observation, modes, z, to, found)) return ~std::uint32_t{0};
+
+  Lane shift = found.exponent[0], lowest = found.exponent[0];
+  Lane least_prior = Lanes<Lane>::all(1.0), total = Lanes<Lane>::all(0.0);
+  loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
+    shift = greater(shift, found.exponent[at(j)]);
+    lowest = smaller(lowest, found.exponent[at(j)]);
+    if (modes.possible(j)) least_prior = smaller(least_prior, room.before.prior[at(j)]);
+  });
+  loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
+    Lane density;
+    if (modes.gamma(j) == 0.0) {
+      density = density_of_noise(modes, j, *observation[step.system(j)], found.noise[at(j)], shift);
+    } else {
+      const Lane relative = found.exponent[at(j)] - shift;
+      density = found.factor[at(j)] * exponential(relative);
+    }
+    to.law.mode[at(j)] = room.before.prior[at(j)] * density;  // (8)
+    total += to.law.mode[at(j)];
+  });
+  const Lane inverse = 1.0 / total;
+  loop<S::M>(M, [&](int j) SUREFIX_LAMBDA { to.law.mode[at(j)] *= inverse; });
+  to.law.deep = Lanes<Lane>::all(0.0);
+  merge(step, to, M);
+
+  to.evidence = from.evidence;
+  to.evidence.product.multiply(total);
+  to.evidence.log_sum += shift;
+  to.evidence.count += static_cast<double>(z.size());
+  const Lane fall = lowest - shift;
+  return unusual(fall, least_prior, total);
+}
+
+/// The same in logarithms, for one series. False if an innovation's variance is not positive or no
+/// mode has a density.
+template <Method method, class S, class O>
+[[nodiscard]] bool take_step_in_logs(const Step<S>& step,
+                                     const Observation<O>* const* observation,
+                                     const ModeTable<S>& modes, const Measured<O>& z,
+                                     const State<S, double>& from, State<S, double>& to,
+                                     Workspace<S, double>& room) noexcept {
+  const int M = modes.size();
+  predict_modes<method, true>(step, from, to, room, M);
+  Likelihood<S, double>& found = room.likelihood;
+  if (!read_all<true>(step, observation, modes, z, to, found)) return false;
+  for (int j = 0; j < M; ++j) {
+    const double log_density =
+        modes.gamma(j) == 0.0
+            ? log_density_of_noise(modes, j, found.noise[at(j)], *observation[step.system(j)])
+            : found.exponent[at(j)] + found.factor[at(j)];
+    to.law.log_mode[at(j)] = room.before.log_prior[at(j)] + log_density;
+  }
+  const double evidence = log_sum(to.law.log_mode, M);
+  if (!finite(evidence)) return false;
+  to.law.deep = 0.0;
+  for (int j = 0; j < M; ++j) {
+    double& log_mode = to.law.log_mode[at(j)];
+    log_mode -= evidence;
+    to.law.mode[at(j)] = std::exp(log_mode);
+    if (log_mode > -std::numeric_limits<double>::infinity() &&
+        to.law.mode[at(j)] < smallest_plain)
+      to.law.deep = 1.0;
+  }
+  merge(step, to, M);
+  to.evidence = from.evidence;
+  to.evidence.log_sum += evidence;
+  to.evidence.count += static_cast<double>(z.size());
+  return true;
+}
+
+}  // namespace surefix::switching

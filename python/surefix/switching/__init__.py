@@ -1,0 +1,1 @@
+"""Interrupted and noisy measurements (Sigalov & Oshman)."""

@@ -1,0 +1,180 @@
+"""Filters for switching faults: one-step near-optimal, IMM, and the genie that knows the modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix import _core
+from surefix.core import checks
+from surefix.errors import ConfigError, ShapeError
+from surefix.switching import series
+from surefix.switching.linear_system import LinearSystem
+from surefix.switching.mode_chain import ModeChain
+from surefix.switching.result import SwitchingResult
+
+
+class OneStepFilter:
+    """The one-step near-optimal filter (Sigalov & Oshman, section III).
+
+    In every step each mode starts from the one merged estimate, reads the measurement, and is
+    weighed by how probable it was; the answers are merged into one Gaussian again.
+    """
+
+    def __init__(self, system: LinearSystem, chain: ModeChain) -> None:
+        self.system = _system("system", system)
+        self.chain = _chain(chain)
+        self._steps = series.one_length([system], chain)
+        self._engine = series.made(
+            _core.SwitchingEngine.one_step(system.engine, chain.engine, chain.p), "system"
+        )
+
+    def run(
+        self,
+        z: npt.ArrayLike,
+        missing: npt.ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> SwitchingResult:
+        """Estimates from measurements ``z`` (steps, m), or (runs, steps, m) of independent runs.
+
+        NaN, or True in ``missing`` (shape of z), is a component that was not measured: the others
+        are used, and the posterior is that of what there is. ``threads``: for batches; the numbers
+        do not depend on it. Raises ShapeError or ConfigError for what does not fit, NumericalError
+        where an estimate overflows.
+        """
+        return series.run(
+            self._engine, z, missing, threads, measured=self.system.measured, steps=self._steps,
+            n=self.system.size, M=self.chain.size, states=self.system.states,
+        )  # fmt: skip
+
+
+class IMMFilter:
+    """The interacting-multiple-model filter (Sigalov & Oshman, section IV; Blom & Bar-Shalom).
+
+    Each mode starts from its own mixture of the modes before (17), (18). ``systems``: one for all
+    modes, or one for each. Those may have different states, known by their names: a state that the
+    mode before did not have begins as ``entering[name]`` = (mean, variance), independent of the
+    rest; one that the mode after does not have is left out. The estimate is of all states, in the
+    order of their first appearance.
+    """
+
+    def __init__(
+        self,
+        systems: LinearSystem | Sequence[LinearSystem],
+        chain: ModeChain,
+        entering: Mapping[str, tuple[float, float]] | None = None,
+    ) -> None:
+        self.chain = _chain(chain)
+        if isinstance(systems, LinearSystem):
+            self.systems: tuple[LinearSystem, ...] = (systems,)
+        else:
+            self.systems = checks.tuple_of("systems", systems, LinearSystem, "LinearSystem")
+            if len(self.systems) != chain.size:
+                raise ShapeError(
+                    f"systems: expected one, or {chain.size} as there are modes, "
+                    f"got {len(self.systems)}"
+                )
+        measured = {system.measured for system in self.systems}
+        if len(measured) > 1:
+            raise ShapeError(
+                f"systems: expected one number of measured components, got {sorted(measured)}"
+            )
+        self._steps = series.one_length(list(self.systems), chain)
+        self.states, state_map = _states(self.systems, entering)
+        self._engine = series.made(
+            _core.SwitchingEngine.imm(
+                [system.engine for system in self.systems], chain.engine, chain.p, state_map
+            ),
+            "systems",
+        )
+
+    def run(
+        self,
+        z: npt.ArrayLike,
+        missing: npt.ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> SwitchingResult:
+        """As ``OneStepFilter.run``."""
+        size = self.systems[0].size if self.states is None else len(self.states)
+        return series.run(
+            self._engine, z, missing, threads, measured=self.systems[0].measured,
+            steps=self._steps, n=size, M=self.chain.size, states=self.states,
+        )  # fmt: skip
+
+
+class GenieFilter:
+    """The Kalman filter that knows the mode of every step (section VI): nothing does better.
+
+    Without ``chain``, or without ``modes`` in ``run``, all is healthy: the Kalman filter.
+    """
+
+    def __init__(self, system: LinearSystem, chain: ModeChain | None = None) -> None:
+        self.system = _system("system", system)
+        self.chain = None if chain is None else _chain(chain)
+        self._steps = series.one_length([system], chain)
+        modes = [] if chain is None else list(chain.modes)
+        self._engine = series.made(_core.SwitchingEngine.genie(system.engine, modes), "system")
+
+    def run(
+        self,
+        z: npt.ArrayLike,
+        modes: npt.ArrayLike | None = None,
+        missing: npt.ArrayLike | None = None,
+        threads: int | None = None,
+    ) -> SwitchingResult:
+        """As ``OneStepFilter.run``, with ``modes`` (steps,) or (runs, steps): indices into
+        ``chain.modes``."""
+        if modes is not None and self.chain is None:
+            raise ConfigError("modes: expected none from a genie without a chain")
+        if modes is not None and self.chain is not None:
+            lumped = [j for j, b in enumerate(self.chain.branches) if len(b) > 1]
+            if lumped and np.isin(np.asarray(modes), lumped).any():
+                raise ConfigError(f"modes: expected modes with one delta, {lumped} are lumped")
+        return series.run(
+            self._engine, z, missing, threads, measured=self.system.measured, steps=self._steps,
+            n=self.system.size, M=0, modes=modes, states=self.system.states,
+            count=0 if self.chain is None else self.chain.size,
+        )  # fmt: skip
+
+
+def _system(name: str, value: LinearSystem) -> LinearSystem:
+    if not isinstance(value, LinearSystem):
+        raise ConfigError(f"{name}: expected a LinearSystem, got {value!r}")
+    return value
+
+
+def _chain(value: ModeChain) -> ModeChain:
+    if not isinstance(value, ModeChain):
+        raise ConfigError(f"chain: expected a ModeChain, got {value!r}")
+    return value
+
+
+def _states(
+    systems: Sequence[LinearSystem], entering: Mapping[str, tuple[float, float]] | None
+) -> tuple[tuple[str, ...] | None, _core.StateMap | None]:
+    """Names of all states, and the map between those of the systems; none where all are alike."""
+    named = [system.states for system in systems]
+    if len(set(named)) == 1 and len({system.size for system in systems}) == 1:
+        if entering:
+            raise ConfigError("entering: expected none, all modes have the same states")
+        return named[0], None
+    known = [names for names in named if names is not None]
+    if len(known) < len(named):
+        raise ConfigError("systems: expected names of the states, because they differ in size")
+    union = tuple(dict.fromkeys(name for names in known for name in names))
+    partial = [name for name in union if any(name not in names for names in known)]
+    given = dict(entering or {})
+    if set(given) != set(partial):
+        raise ConfigError(
+            f"entering: expected (mean, variance) of {', '.join(partial) or 'none'}, which not all "
+            f"modes have, got {', '.join(given) or 'none'}"
+        )
+    mean, variance = np.zeros(len(union)), np.zeros(len(union))
+    for name, pair in given.items():
+        first, second = checks.array(f"entering {name!r}", pair, (2,))
+        mean[union.index(name)] = first
+        variance[union.index(name)] = checks.not_negative(f"entering {name!r} variance", second)
+    numbers = [[union.index(name) for name in names] for names in known]
+    return union, _core.StateMap(numbers, mean.tolist(), variance.tolist())
