@@ -28,8 +28,8 @@ LinearSystem make_system(const Array& A, const Array& Q, const Array& H, const A
 
 /// What is wrong, its row, column and value.
 py::tuple problem(const ChainStatus& status) {
-  static constexpr std::array<const char*, 9> names{"ok",       "wrong_size", "gamma",
-                                                    "delta",    "negative",   "row_sum",
+  static constexpr std::array<const char*, 9> names{"ok",      "wrong_size", "gamma",
+                                                    "delta",   "negative",   "row_sum",
                                                     "initial", "reducible",  "lumped"};
   return py::make_tuple(names[static_cast<std::size_t>(status.what)], status.row, status.column,
                         status.value);
@@ -45,16 +45,15 @@ py::object make_chain(const std::vector<std::pair<double, double>>& modes, const
   std::vector<Mode> pairs;
   for (const auto& [gamma, delta] : modes) pairs.push_back({gamma, delta});
   ModeChain chain;
-  const ChainStatus status = ModeChain::make(
-      pairs, matrix(transition), initial ? vector(*initial) : Eigen::VectorXd(), chain);
+  const ChainStatus status = ModeChain::make(pairs, matrix(transition),
+                                             initial ? vector(*initial) : Eigen::VectorXd(), chain);
   return or_problem(status, chain);
 }
 
 py::object make_filter(Method method, const std::vector<LinearSystem>& systems,
                        const ModeChain& chain, const Array& p, const StateMap& map) {
   std::unique_ptr<AnyFilter> out;
-  const ConfigStatus status =
-      AnyFilter::make(method, {systems, chain, matrices(p), map}, out);
+  const ConfigStatus status = AnyFilter::make(method, {systems, chain, matrices(p), map}, out);
   return status == ConfigStatus::ok ? py::cast(std::move(out)) : py::object(py::str(name(status)));
 }
 
@@ -107,8 +106,8 @@ void bind_switching(py::module_& module) {
            py::arg("x0"), py::arg("P0"));
 
   py::class_<StateMap>(module, "StateMap")
-      .def(py::init([](const std::vector<std::vector<int>>& states,
-                       const std::vector<double>& mean, const std::vector<double>& variance) {
+      .def(py::init([](const std::vector<std::vector<int>>& states, const std::vector<double>& mean,
+                       const std::vector<double>& variance) {
              StateMap map{states, {}, mean, variance};
              for (int i = 0; i < map.size(); ++i) map.all.push_back(i);
              return map;
@@ -116,8 +115,7 @@ void bind_switching(py::module_& module) {
            py::arg("states"), py::arg("mean"), py::arg("variance"));
 
   py::class_<ModeChain>(module, "ModeChainEngine")
-      .def_static("make", &make_chain, py::arg("modes"), py::arg("transition"),
-                  py::arg("initial"))
+      .def_static("make", &make_chain, py::arg("modes"), py::arg("transition"), py::arg("initial"))
       .def_static(
           "restore",
           [](const std::vector<double>& gamma,
@@ -126,7 +124,8 @@ void bind_switching(py::module_& module) {
             ModeChain chain{gamma, {}, matrix(transition), vector(initial)};
             for (const auto& mode : branches) {
               chain.branches.emplace_back();
-              for (const auto& [delta, share] : mode) chain.branches.back().push_back({delta, share});
+              for (const auto& [delta, share] : mode)
+                chain.branches.back().push_back({delta, share});
             }
             return chain;
           },

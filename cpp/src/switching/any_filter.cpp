@@ -35,8 +35,7 @@ ConfigStatus AnyFilter::make(Method method, const FilterPlan& plan,
 
 ConfigStatus AnyFilter::make_genie(const LinearSystem& system, const std::vector<Mode>& modes,
                                    std::unique_ptr<AnyFilter>& out) {
-  if (system.size() == 1 && system.measured() == 1)
-    return genie<Sizes<1, 1>>(system, modes, out);
+  if (system.size() == 1 && system.measured() == 1) return genie<Sizes<1, 1>>(system, modes, out);
   return genie<AnySizes>(system, modes, out);
 }
 

@@ -100,8 +100,7 @@ bool LinearRecursion::advance(const LinearStep& step, const Matrix* p, const boo
   }
   const Matrix F1 = A - p11_ * F2 * H * A;
   const Matrix cross = p11_ * F2 * H * A * V_ * F1.transpose();
-  V_ = symmetric(F1 * V_ * F1.transpose() + F2 * read * F2.transpose() + cross +
-                 cross.transpose());
+  V_ = symmetric(F1 * V_ * F1.transpose() + F2 * read * F2.transpose() + cross + cross.transpose());
 
   for (int j = 0; j < chain_.size(); ++j) {
     Matrix &xx = xx_[static_cast<std::size_t>(j)], &ex = ex_[static_cast<std::size_t>(j)],

@@ -95,8 +95,7 @@ ChainStatus ModeChain::make(const std::vector<Mode>& modes, const Eigen::MatrixX
   for (int i = 0; i < static_cast<int>(modes.size()); ++i) {
     const Mode& mode = modes[static_cast<std::size_t>(i)];
     if (!std::isfinite(mode.gamma)) return {What::gamma, i, -1, mode.gamma};
-    if (!std::isfinite(mode.delta) || !(mode.delta > 0.0))
-      return {What::delta, i, -1, mode.delta};
+    if (!std::isfinite(mode.delta) || !(mode.delta > 0.0)) return {What::delta, i, -1, mode.delta};
     chain.gamma.push_back(mode.gamma);
     chain.branches.push_back({{mode.delta, 1.0}});
   }
@@ -147,7 +146,8 @@ ChainStatus ModeChain::lumped(const std::vector<std::vector<int>>& groups,
       if (i < 0 || i >= size() || group_of[static_cast<std::size_t>(i)] >= 0)
         return {What::lumped, i};
       group_of[static_cast<std::size_t>(i)] = g;
-      if (groups[static_cast<std::size_t>(g)].size() > 1 && gamma[static_cast<std::size_t>(i)] != 0.0)
+      if (groups[static_cast<std::size_t>(g)].size() > 1 &&
+          gamma[static_cast<std::size_t>(i)] != 0.0)
         return {What::lumped, i, -1, gamma[static_cast<std::size_t>(i)]};
     }
   for (int i = 0; i < size(); ++i)
@@ -164,8 +164,7 @@ ChainStatus ModeChain::lumped(const std::vector<std::vector<int>>& groups,
     chain.gamma.push_back(gamma[static_cast<std::size_t>(members.front())]);
     chain.branches.emplace_back();
     for (const int i : members) {
-      const double share =
-          total > 0.0 ? law(i) / total : 1.0 / static_cast<double>(members.size());
+      const double share = total > 0.0 ? law(i) / total : 1.0 / static_cast<double>(members.size());
       chain.initial(g) += initial(i);
       for (const Branch& branch : branches[static_cast<std::size_t>(i)])
         chain.branches.back().push_back({branch.delta, share * branch.share});

@@ -34,6 +34,14 @@ STUDIES = {
         "Bilenne 2004, figure 2: three radars that fail at once",
         "surefix.studies.bilenne_fig_2",
     ),
+    "sigalov-example-1": Study(
+        "Sigalov & Oshman, example 1: interruptions that are a Markov chain",
+        "surefix.studies.sigalov_example_1",
+    ),
+    "sigalov-example-2": Study(
+        "Sigalov & Oshman, example 2: interruptions that are not Markov",
+        "surefix.studies.sigalov_example_2",
+    ),
 }
 
 

@@ -17,7 +17,7 @@ namespace surefix {
 /// e^v to one unit in the last place, −700 ≤ v ≤ 700.
 [[nodiscard]] SUREFIX_INLINE double exponential_in_range(double v) noexcept {
   constexpr double log2_e = 1.4426950408889634, whole = 6755399441055744.0;  // 1.5 · 2^52
-  constexpr double log_2_high = 0.6931471803691238;                          // 32 bits: k times it is exact
+  constexpr double log_2_high = 0.6931471803691238;  // 32 bits: k times it is exact
   constexpr double log_2_low = 1.9082149292705877e-10;
   const double shifted = v * log2_e + whole;  // its last bits are k
   const double k = shifted - whole;

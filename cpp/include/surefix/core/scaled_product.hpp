@@ -19,8 +19,7 @@ class ScaledProduct {
   /// log Π v of one lane.
   [[nodiscard]] double log(int lane) const noexcept {
     constexpr double log_2 = 0.69314718055994530942;
-    return std::log(Lanes<Lane>::get(product_, lane)) +
-           Lanes<Lane>::get(exponent_, lane) * log_2;
+    return std::log(Lanes<Lane>::get(product_, lane)) + Lanes<Lane>::get(exponent_, lane) * log_2;
   }
   /// One lane of `from` becomes lane `to` of this.
   template <class Other>

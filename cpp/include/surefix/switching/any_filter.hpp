@@ -13,8 +13,9 @@ namespace surefix::switching {
 struct FilterPlan {
   std::vector<LinearSystem> systems;  ///< one, or for an IMM one for every mode
   ModeChain chain;
-  std::vector<Eigen::MatrixXd> p;  ///< transitions of the modes: one, or one for each step but the first
-  StateMap map;                    ///< of systems with different states, else empty
+  std::vector<Eigen::MatrixXd>
+      p;         ///< transitions of the modes: one, or one for each step but the first
+  StateMap map;  ///< of systems with different states, else empty
 };
 
 /// A one-step filter, an IMM or a genie; immutable, so that threads may share it.

@@ -6,6 +6,7 @@
 
 #include "surefix/switching/genie.hpp"
 #include "surefix/switching/linear_system.hpp"
+#include "surefix/switching/panel.hpp"
 #include "surefix/switching/recursion.hpp"
 
 namespace surefix::switching {
@@ -36,38 +37,6 @@ struct BatchStatus {
 namespace detail {
 
 inline constexpr int width = 8;  // series in a pack
-
-/// Component i of z of a step, of series `run` and those after it; beyond the last one it again.
-template <class S, class Lane>
-SUREFIX_INLINE void gather(const BatchRequest& in, std::int64_t run, int k, int m,
-                           Measured<S, Lane>& z) noexcept {
-  using L = Lanes<Lane>;
-  loop<S::m>(m, [&](int i) SUREFIX_LAMBDA {
-    for (int l = 0; l < L::count; ++l) {
-      const std::int64_t own = run + l < in.last ? run + l : in.last - 1;
-      L::set(z(i), l, in.z[(own * in.T + k) * m + i]);
-    }
-  });
-}
-
-/// An estimate of a step into the arrays of the series.
-template <class S, class Lane>
-SUREFIX_INLINE void scatter(const Belief<S, Lane>& belief, const BatchRequest& in,
-                            std::int64_t run, int lanes, int k, const BatchOutput& out) noexcept {
-  using L = Lanes<Lane>;
-  const int n = belief.size();
-  loop<S::n>(n, [&](int a) SUREFIX_LAMBDA {
-    for (int l = 0; l < lanes; ++l)
-      out.x[((run + l) * in.T + k) * n + a] = L::get(belief.x(a), l);
-  });
-  if (out.P == nullptr) return;
-  loop<S::n>(n, [&](int a) SUREFIX_LAMBDA {
-    loop<S::n>(n, [&](int b) SUREFIX_LAMBDA {
-      for (int l = 0; l < lanes; ++l)
-        out.P[(((run + l) * in.T + k) * n + a) * n + b] = L::get(belief.P(a, b), l);
-    });
-  });
-}
 
 /// All lanes of `to` ← the same belief.
 template <class To, class From>
@@ -135,21 +104,20 @@ class BankBatch {
         [&](std::int64_t run, int lanes) {
           int failed = 0;
           const auto take = [&](const Step<S>& step, const Observation<S>* const* observation,
-                                const Measured<S, P>& z, const State<S, P>& from,
-                                State<S, P>& to) SUREFIX_LAMBDA {
-            return recursion.template together<detail::width>(step, observation, z, from, to, room,
-                                                              failed);
-          };
+                                const Measured<S, P>& z, const State<S, P>& from, State<S, P>& to)
+                                SUREFIX_LAMBDA {
+                                  return recursion.template together<detail::width>(
+                                      step, observation, z, from, to, room, failed);
+                                };
           BatchStatus status = series<P>(in, out, run, lanes, pack, take);
           if (status.status != Status::ok) status.run = run + std::min(failed, lanes - 1);
           return status;
         },
         [&](std::int64_t run) {
-          const auto take = [&](const Step<S>& step, const Observation<S>* const* observation,
-                                const Measured<S>& z, const State<S, double>& from,
-                                State<S, double>& to) SUREFIX_LAMBDA {
-            return recursion.alone(step, observation, z, from, to);
-          };
+          const auto take =
+              [&](const Step<S>& step, const Observation<S>* const* observation,
+                  const Measured<S>& z, const State<S, double>& from, State<S, double>& to)
+                  SUREFIX_LAMBDA { return recursion.alone(step, observation, z, from, to); };
           BatchStatus status = series<double>(in, out, run, 1, single, take);
           if (status.status != Status::ok) status.run = run;
           return status;
@@ -179,31 +147,39 @@ class BankBatch {
   BatchStatus series(const BatchRequest& in, const BatchOutput& out, std::int64_t run, int lanes,
                      std::array<State<S, Lane>, 2>& states, Take&& take) const {
     const int m = systems_.front().measured(), M = modes_.size();
-    const std::size_t count = systems_.size();
-    std::vector<const Transition<S>*> transitions(count);
-    std::vector<const Observation<S>*> observations(count);
+    const std::size_t systems = systems_.size();
+    std::vector<const Transition<S>*> transitions(systems);
+    std::vector<const Observation<S>*> observations(systems);
     Measured<S, Lane> z(m);
+    Panel<Lane> measured(m);
+    Estimates<Lane> kept(size(), out.mode == nullptr ? 0 : M);
     start(states[0]);
     start(states[1]);
     int now = 0;
-    for (int k = 0; k < in.T; ++k) {
-      for (std::size_t s = 0; s < count; ++s) {
-        if (k > 0) transitions[s] = &systems_[s].transition(k);
-        observations[s] = &systems_[s].observation(k);
+    for (int first = 0; first < in.T; first += Panel<Lane>::depth) {
+      const int count = std::min(Panel<Lane>::depth, in.T - first);
+      measured.read(in.z, run, lanes, in.T, first, count);
+      for (int s = 0; s < count; ++s) {
+        const int k = first + s;
+        for (std::size_t i = 0; i < systems; ++i) {
+          if (k > 0) transitions[i] = &systems_[i].transition(k);
+          observations[i] = &systems_[i].observation(k);
+        }
+        const Step<S> step{k > 0 ? transitions.data() : nullptr,
+                           k > 0 ? of_step(p_, k - 1).data() : nullptr, systems > 1,
+                           map_.size() > 0 ? &map_ : nullptr};
+        loop<S::m>(m, [&](int i) SUREFIX_LAMBDA { z(i) = measured(s, i); });
+        State<S, Lane>& to = states[at(1 - now)];
+        const Status status = take(step, observations.data(), z, states[at(now)], to);
+        if (status != Status::ok) return {status, run, k};
+        now = 1 - now;
+        kept.keep(s, to.merged);
+        if (out.mode != nullptr)
+          loop<S::M>(M, [&](int j) SUREFIX_LAMBDA { kept.mode(s, j) = to.law.mode[at(j)]; });
       }
-      const Step<S> step{k > 0 ? transitions.data() : nullptr,
-                         k > 0 ? of_step(p_, k - 1).data() : nullptr, count > 1,
-                         map_.size() > 0 ? &map_ : nullptr};
-      detail::gather<S, Lane>(in, run, k, m, z);
-      State<S, Lane>& to = states[at(1 - now)];
-      const Status status = take(step, observations.data(), z, states[at(now)], to);
-      if (status != Status::ok) return {status, run, k};
-      now = 1 - now;
-      detail::scatter<S>(to.merged, in, run, lanes, k, out);
-      if (out.mode == nullptr) continue;
-      for (int j = 0; j < M; ++j)
-        for (int l = 0; l < lanes; ++l)
-          out.mode[((run + l) * in.T + k) * M + j] = Lanes<Lane>::get(to.law.mode[at(j)], l);
+      kept.x.write(out.x, run, lanes, in.T, first, count);
+      kept.P.write(out.P, run, lanes, in.T, first, count);
+      kept.mode.write(out.mode, run, lanes, in.T, first, count);
     }
     if (out.log_likelihood != nullptr)
       for (int l = 0; l < lanes; ++l)
@@ -249,11 +225,10 @@ class GenieBatch {
           return status;
         },
         [&](std::int64_t run) {
-          const auto take = [&](const auto* transition, const Observation<S>& observation,
-                                const KnownMode<double>& mode, const Measured<S>& z,
-                                GenieState<S, double>& state) SUREFIX_LAMBDA {
-            return genie.alone(transition, observation, mode, z, state);
-          };
+          const auto take =
+              [&](const auto* transition, const Observation<S>& observation,
+                  const KnownMode<double>& mode, const Measured<S>& z, GenieState<S, double>& state)
+                  SUREFIX_LAMBDA { return genie.alone(transition, observation, mode, z, state); };
           return series<double>(in, out, run, 1, take);
         });
   }
@@ -264,16 +239,25 @@ class GenieBatch {
                                     std::int64_t run, int lanes, Take&& take) const {
     const int m = system_.measured();
     Measured<S, Lane> z(m);
+    Panel<Lane> measured(m);
+    Estimates<Lane> kept(system_.size(), 0);
     GenieState<S, Lane> state;
     detail::spread(state.merged, system_.initial());
     KnownMode<Lane> mode{Lanes<Lane>::all(1.0), Lanes<Lane>::all(1.0), true};
-    for (int k = 0; k < in.T; ++k) {
-      if (in.modes != nullptr) know(in, run, k, mode);
-      detail::gather<S, Lane>(in, run, k, m, z);
-      const Status status = take(k > 0 ? &system_.transition(k) : nullptr, system_.observation(k),
-                                 mode, z, state);
-      if (status != Status::ok) return {status, run, k};
-      detail::scatter<S>(state.merged, in, run, lanes, k, out);
+    for (int first = 0; first < in.T; first += Panel<Lane>::depth) {
+      const int count = std::min(Panel<Lane>::depth, in.T - first);
+      measured.read(in.z, run, lanes, in.T, first, count);
+      for (int s = 0; s < count; ++s) {
+        const int k = first + s;
+        if (in.modes != nullptr) know(in, run, lanes, k, mode);
+        loop<S::m>(m, [&](int i) SUREFIX_LAMBDA { z(i) = measured(s, i); });
+        const Status status =
+            take(k > 0 ? &system_.transition(k) : nullptr, system_.observation(k), mode, z, state);
+        if (status != Status::ok) return {status, run, k};
+        kept.keep(s, state.merged);
+      }
+      kept.x.write(out.x, run, lanes, in.T, first, count);
+      kept.P.write(out.P, run, lanes, in.T, first, count);
     }
     if (out.log_likelihood != nullptr)
       for (int l = 0; l < lanes; ++l) out.log_likelihood[run + l] = state.log_likelihood(l);
@@ -281,10 +265,11 @@ class GenieBatch {
   }
 
   template <class Lane>
-  void know(const BatchRequest& in, std::int64_t run, int k, KnownMode<Lane>& mode) const noexcept {
+  void know(const BatchRequest& in, std::int64_t run, int lanes, int k,
+            KnownMode<Lane>& mode) const noexcept {
     using L = Lanes<Lane>;
     for (int l = 0; l < L::count; ++l) {
-      const std::int64_t own = run + l < in.last ? run + l : in.last - 1;
+      const std::int64_t own = run + std::min(l, lanes - 1);
       const Mode& known = modes_[static_cast<std::size_t>(in.modes[own * in.T + k])];
       L::set(mode.gamma, l, known.gamma);
       L::set(mode.delta, l, known.delta);

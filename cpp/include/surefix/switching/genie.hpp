@@ -61,8 +61,7 @@ template <class S, class O, class Lane, class Factor>
     if (!good) return;
     const auto h = observation.row(i, 1.0);
     Row scaled(h.size());
-    loop<S::n>(static_cast<int>(h.size()),
-               [&](int j) SUREFIX_LAMBDA { scaled(j) = gamma * h(j); });
+    loop<S::n>(static_cast<int>(h.size()), [&](int j) SUREFIX_LAMBDA { scaled(j) = gamma * h(j); });
     const DenseRow<Row> row{scaled};
     const Factor r = observation.variance(i) * delta;
     const Lane innovation = z(i) - row.dot(state.merged.x);
@@ -94,8 +93,7 @@ SUREFIX_INLINE void keep_unread(const Lane& gamma, const Belief<S, Lane>& before
 template <class S, class O, class Lane>
 [[nodiscard]] SUREFIX_INLINE bool take_genie_step(const DenseTransition<S::n, S::max_n>* transition,
                                                   const Observation<O>& observation,
-                                                  const KnownMode<Lane>& mode,
-                                                  Measured<O, Lane> z,
+                                                  const KnownMode<Lane>& mode, Measured<O, Lane> z,
                                                   GenieState<S, Lane>& state) noexcept {
   if (transition != nullptr) predict(state.merged, *transition);
   observation.whiten(z);
@@ -139,8 +137,7 @@ class Genie {
                                                GenieState<S, Pack<K>>& state,
                                                int& failed) noexcept {
     bool complete = true;
-    loop<S::m>(static_cast<int>(z.size()),
-               [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
+    loop<S::m>(static_cast<int>(z.size()), [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
     if (!complete) return around_missing(transition, observation, mode, z, state, failed);
     if (take_genie_step(transition, observation, mode, z, state)) return Status::ok;
     return first_failure(state, failed);
@@ -150,8 +147,7 @@ class Genie {
   template <int K>
   [[nodiscard]] Status around_missing(const Transition* transition,
                                       const Observation<S>& observation,
-                                      const KnownMode<Pack<K>>& mode,
-                                      const Measured<S, Pack<K>>& z,
+                                      const KnownMode<Pack<K>>& mode, const Measured<S, Pack<K>>& z,
                                       GenieState<S, Pack<K>>& state, int& failed) noexcept {
     Measured<S, Pack<K>> filled = z;
     std::uint32_t missing = 0;

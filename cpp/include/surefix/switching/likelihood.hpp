@@ -87,8 +87,8 @@ template <class S, class O>
   for (int i = 0; i < observation.size(); ++i) log_det += std::log(observation.variance(i));
   const auto log_value = [&](int b) {
     const auto& branch = modes.branch(b);
-    return std::log(branch.share) - 0.5 * (squares / branch.delta + log_det +
-                                           observation.size() * std::log(branch.delta));
+    return std::log(branch.share) -
+           0.5 * (squares / branch.delta + log_det + observation.size() * std::log(branch.delta));
   };
   for (int b = modes.first(mode); b < modes.end(mode); ++b) most = greater(log_value(b), most);
   for (int b = modes.first(mode); b < modes.end(mode); ++b) sum += std::exp(log_value(b) - most);

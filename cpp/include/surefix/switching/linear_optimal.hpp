@@ -12,9 +12,9 @@ namespace surefix::switching {
 
 /// The fault-free system of one step; `A`, `Q` lead to it from the step before.
 struct LinearStep {
-  Eigen::MatrixXd A, Q;    // (n × n); of the first step not read
-  Eigen::MatrixXd H, R;    // (m × n), (m × m)
-  Eigen::VectorXd nominal; // (n) x̄, or none
+  Eigen::MatrixXd A, Q;     // (n × n); of the first step not read
+  Eigen::MatrixXd H, R;     // (m × n), (m × m)
+  Eigen::VectorXd nominal;  // (n) x̄, or none
 };
 
 /// x̂ ← F1 x̂ + F2 z (23a); with a nominal trajectory of x̂ − x̄ and z − E[γ] H x̄.
@@ -48,8 +48,8 @@ class LinearRecursion {
 
  private:
   ModeChain chain_;
-  Eigen::VectorXd law_;     // of the mode, in the last step
-  Eigen::MatrixXd C_, V_;   // E x xᵀ, E x̂ x̂ᵀ as the recursion (23d, e) has them
+  Eigen::VectorXd law_;    // of the mode, in the last step
+  Eigen::MatrixXd C_, V_;  // E x xᵀ, E x̂ x̂ᵀ as the recursion (23d, e) has them
   // For every mode j, with 1_j where it is the mode: E x xᵀ1_j, E x̂ xᵀ1_j, E x̂ x̂ᵀ1_j, E x̂ 1_j.
   std::vector<Eigen::MatrixXd> xx_, ex_, ee_;
   std::vector<Eigen::VectorXd> e_;

@@ -30,7 +30,7 @@ struct ModeLaw {
 template <class S, class Lane>
 struct ModePrior {
   Bank<Lane, S::M> prior{};
-  Bank<Lane, S::M> log_prior{};             // in logarithmic steps
+  Bank<Lane, S::M> log_prior{};       // in logarithmic steps
   Bank<Lane, squared(S::M)> share{};  // at i M + j: P(mode i before | mode j now)
 };
 

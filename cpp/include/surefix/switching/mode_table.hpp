@@ -58,9 +58,7 @@ class ModeTable {
   }
   [[nodiscard]] const Branch& branch(int b) const noexcept { return branches_[at(b)]; }
   /// share · δ^{-m/2}, m measured components.
-  [[nodiscard]] double factor(int b, int m) const noexcept {
-    return factors_[at(b * stride_ + m)];
-  }
+  [[nodiscard]] double factor(int b, int m) const noexcept { return factors_[at(b * stride_ + m)]; }
 
  private:
   Bank<double, S::M> gamma_{};

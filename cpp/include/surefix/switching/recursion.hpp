@@ -48,13 +48,11 @@ class Recursion {
   [[nodiscard]] SUREFIX_INLINE Status together(const Step<S>& step,
                                                const Observation<S>* const* observation,
                                                const Measured<S, Pack<K>>& z,
-                                               const State<S, Pack<K>>& from,
-                                               State<S, Pack<K>>& to, Workspace<S, Pack<K>>& room,
-                                               int& failed) noexcept {
+                                               const State<S, Pack<K>>& from, State<S, Pack<K>>& to,
+                                               Workspace<S, Pack<K>>& room, int& failed) noexcept {
     std::uint32_t again = 0;
     bool complete = true;
-    loop<S::m>(static_cast<int>(z.size()),
-               [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
+    loop<S::m>(static_cast<int>(z.size()), [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
     if (complete) {
       again = take_step<method>(step, observation, modes_, z, from, to, room);
     } else {

@@ -33,9 +33,9 @@ struct Reduced : S {
 
 /// One of each mode.
 template <class T, int Count>
-using Bank =
-    std::conditional_t<Count == Eigen::Dynamic, std::vector<T>,
-                       std::array<T, static_cast<std::size_t>(Count == Eigen::Dynamic ? 1 : Count)>>;
+using Bank = std::conditional_t<
+    Count == Eigen::Dynamic, std::vector<T>,
+    std::array<T, static_cast<std::size_t>(Count == Eigen::Dynamic ? 1 : Count)>>;
 
 /// M of one, M × M of the other; Dynamic stays so.
 constexpr int squared(int M) { return M == Eigen::Dynamic ? M : M * M; }

@@ -23,7 +23,7 @@ struct Evidence {
 /// State of one series, or of as many as the lane holds.
 template <class S, class Lane>
 struct State {
-  Belief<S, Lane> merged;                // the estimate
+  Belief<S, Lane> merged;              // the estimate
   Bank<Belief<S, Lane>, S::M> bank{};  // of each mode; the IMM's own, in other filters scratch
   ModeLaw<S, Lane> law;
   Evidence<Lane> evidence;

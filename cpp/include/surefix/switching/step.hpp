@@ -84,8 +84,8 @@ SUREFIX_INLINE void predict_modes(const Step<S>& step, const State<S, Lane>& fro
       };
       if (S::n == Eigen::Dynamic && step.map != nullptr) {
         using From = std::decay_t<decltype(from.bank)>;
-        mix<S::M>(MappedStates<From, Lane>{from.bank, *step.map, step.map->states[at(j)]}, M,
-                  share, belief);
+        mix<S::M>(MappedStates<From, Lane>{from.bank, *step.map, step.map->states[at(j)]}, M, share,
+                  belief);
       } else {
         mix<S::M>(SameStates<std::decay_t<decltype(from.bank)>>{from.bank}, M, share, belief);
       }
@@ -131,8 +131,7 @@ template <bool in_logs, class S, class O, class Lane>
 [[nodiscard]] SUREFIX_INLINE bool read_all(const Step<S>& step,
                                            const Observation<O>* const* observation,
                                            const ModeTable<S>& modes, const Measured<O, Lane>& z,
-                                           State<S, Lane>& to,
-                                           Likelihood<S, Lane>& out) noexcept {
+                                           State<S, Lane>& to, Likelihood<S, Lane>& out) noexcept {
   Measured<O, Lane> white = z;
   observation[0]->whiten(white);
   bool good = true;
@@ -199,8 +198,7 @@ SUREFIX_INLINE std::uint32_t take_step(const Step<S>& step,
 /// The same in logarithms, for one series. False if an innovation's variance is not positive or no
 /// mode has a density.
 template <Method method, class S, class O>
-[[nodiscard]] bool take_step_in_logs(const Step<S>& step,
-                                     const Observation<O>* const* observation,
+[[nodiscard]] bool take_step_in_logs(const Step<S>& step, const Observation<O>* const* observation,
                                      const ModeTable<S>& modes, const Measured<O>& z,
                                      const State<S, double>& from, State<S, double>& to,
                                      Workspace<S, double>& room) noexcept {
@@ -222,8 +220,7 @@ template <Method method, class S, class O>
     double& log_mode = to.law.log_mode[at(j)];
     log_mode -= evidence;
     to.law.mode[at(j)] = std::exp(log_mode);
-    if (log_mode > -std::numeric_limits<double>::infinity() &&
-        to.law.mode[at(j)] < smallest_plain)
+    if (log_mode > -std::numeric_limits<double>::infinity() && to.law.mode[at(j)] < smallest_plain)
       to.law.deep = 1.0;
   }
   merge(step, to, M);

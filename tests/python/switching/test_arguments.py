@@ -1,0 +1,289 @@
+"""What the switching filters refuse, before anything runs, and how they say so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+import surefix as sf
+from switching.refused import ANY, HALF, I1, I2, SHAPE, VALUE, Refused, chain, refuses
+
+wrongly: Any = sf  # called with what a type checker refuses
+GOOD: dict[str, Any] = {
+    "A": I2, "H": I2[:1], "Q": I2, "R": I1, "x0": [0.0, 0.0], "P0": I2,
+}  # fmt: skip
+
+
+def per_step(matrix: Any, steps: int) -> Any:
+    return np.array([matrix] * steps)
+
+
+def system(**changed: Any) -> sf.LinearSystem:
+    return sf.LinearSystem(**{**GOOD, **changed})
+
+
+SYSTEMS: dict[str, Refused] = {
+    "A not square": (lambda: system(A=np.ones((2, 3))), SHAPE, r"^A: .*got \(2, 3\)"),
+    "A size": (lambda: system(A=np.eye(3)), SHAPE, r"^A: .*\(2, 2\).*got \(3, 3\)"),
+    "A NaN": (lambda: system(A=[[1, nan], [0, 1]]), VALUE, "^A: .*nan"),
+    "A four axes": (lambda: system(A=[[I2]]), SHAPE, r"^A: .*got \(1, 1, 2, 2\)"),
+    "H columns": (lambda: system(H=[[1.0]]), SHAPE, r"^H: .*got \(1, 1\)"),
+    "H one row": (lambda: system(H=[1.0, 0.0]), SHAPE, r"^H: .*got \(2,\)"),
+    "H no row": (lambda: system(H=np.zeros((0, 2)), R=np.zeros((0, 0))), SHAPE, "^H: "),
+    "H inf": (lambda: system(H=[[1.0, inf]]), VALUE, "^H: .*inf"),
+    "Q size": (lambda: system(Q=I1), SHAPE, r"^Q: .*\(2, 2\).*got \(1, 1\)"),
+    "Q negative": (lambda: system(Q=-I2), VALUE, "^Q: .*positive semidefinite"),
+    "Q indefinite": (lambda: system(Q=[[1, 2], [2, 1]]), VALUE, "^Q: .*positive semidefinite"),
+    "Q not symmetric": (lambda: system(Q=[[1, 0.5], [0, 1]]), VALUE, "^Q: .*symmetric"),
+    "Q NaN": (lambda: system(Q=[[nan, 0], [0, 1]]), VALUE, "^Q: .*nan"),
+    "R size": (lambda: system(R=I2), SHAPE, r"^R: .*\(1, 1\).*got \(2, 2\)"),
+    "R zero": (lambda: system(R=[[0.0]]), VALUE, "^R: .*positive definite"),
+    "R negative": (lambda: system(R=[[-1.0]]), VALUE, "^R: .*positive definite"),
+    "R singular": (lambda: system(H=I2, R=np.ones((2, 2))), VALUE, "^R: .*positive definite"),
+    "R indefinite": (lambda: system(H=I2, R=[[1, 2], [2, 1]]), VALUE, "^R: .*positive definite"),
+    "R not symmetric": (lambda: system(H=I2, R=[[1, 0.5], [0, 1]]), VALUE, "^R: .*symmetric"),
+    "R NaN": (lambda: system(R=[[nan]]), VALUE, "^R: .*nan"),
+    "R of one step": (
+        lambda: system(R=[[[1.0]], [[0.0]], [[1.0]]]),
+        VALUE,
+        "^R.*positive definite",
+    ),
+    "x0 size": (lambda: system(x0=[0.0]), SHAPE, r"^x0: .*\(2,\).*got \(1,\)"),
+    "x0 a column": (lambda: system(x0=[[0.0], [0.0]]), SHAPE, r"^x0: .*got \(2, 1\)"),
+    "x0 NaN": (lambda: system(x0=[0.0, nan]), VALUE, "^x0: .*nan"),
+    "P0 size": (lambda: system(P0=np.eye(3)), SHAPE, r"^P0: .*\(2, 2\).*got \(3, 3\)"),
+    "P0 negative": (lambda: system(P0=-I2), VALUE, "^P0: .*positive semidefinite"),
+    "P0 per step": (lambda: system(P0=per_step(I2, 3)), SHAPE, r"^P0: .*got \(3, 2, 2\)"),
+    "steps of A and H": (
+        lambda: system(A=per_step(I2, 3), H=per_step(I2[:1], 3)),
+        SHAPE,
+        "[AH]: .*3",
+    ),
+    "steps of A and Q": (
+        lambda: system(A=per_step(I2, 3), Q=per_step(I2, 4)),
+        SHAPE,
+        "[AQ]: .*[34]",
+    ),
+    "steps of H and R": (
+        lambda: system(H=per_step(I2[:1], 3), R=per_step(I1, 4)),
+        SHAPE,
+        "[HR]: .*[34]",
+    ),
+    "names too few": (lambda: system(states=["a"]), ANY, "states: "),
+    "names twice": (lambda: system(states=["a", "a"]), VALUE, "states: .*'?a'?"),
+    "names are numbers": (lambda: system(states=[1, 2]), VALUE, "states: "),
+    "no model": (
+        lambda: wrongly.LinearSystem.from_model("m", [0, 1], I2[:1], I1, [0, 0], I2),
+        VALUE,
+        "model: ",
+    ),
+    "times backwards": (
+        lambda: sf.LinearSystem.from_model(
+            sf.ConstantAcceleration(jerk=1.0), [0, 1, 0.5], I2[:1], I1, [0, 0], I2
+        ),
+        VALUE,
+        "times: ",
+    ),
+    "times NaN": (
+        lambda: sf.LinearSystem.from_model(
+            sf.ConstantAcceleration(jerk=1.0), [0, nan], I2[:1], I1, [0, 0], I2
+        ),
+        VALUE,
+        "times: .*nan",
+    ),
+}
+
+
+@refuses(SYSTEMS)
+def test_system_that_is_none(make: Callable[[], Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        make()
+
+
+def one_step(**changed: Any) -> sf.OneStepFilter:
+    return sf.OneStepFilter(system(**changed), chain())
+
+
+def bank(*systems: Any, entering: Any = None) -> sf.IMMFilter:
+    return sf.IMMFilter(list(systems), chain(), entering=entering)
+
+
+def genie(z: Any, modes: Any) -> Any:
+    return sf.GenieFilter(system(), chain()).run(z, modes)
+
+
+def linear(nominal: Any) -> Any:
+    return sf.LinearOptimalFilter(system(), chain(), nominal=nominal).run(Z)
+
+
+def small(**changed: Any) -> sf.LinearSystem:
+    one = {"A": I1, "H": I1, "Q": I1, "R": I1, "x0": [0.0], "P0": I1, "states": ["a"]}
+    return sf.LinearSystem(**{**one, **changed})
+
+
+AB = ["a", "b"]
+Z = np.zeros((3, 1))
+FILTERS: dict[str, Refused] = {
+    "z a vector": (lambda: one_step().run([0.0, 1.0]), SHAPE, r"^z: .*got \(2,\)"),
+    "z four axes": (lambda: one_step().run([[Z]]), SHAPE, r"^z: .*got \(1, 1, 3, 1\)"),
+    "z too wide": (lambda: one_step().run(np.zeros((3, 2))), SHAPE, r"^z: .*got \(3, 2\)"),
+    "z inf": (lambda: one_step().run([[0.0], [inf]]), VALUE, r"^z: .*inf.*\(1, 0\)"),
+    "z -inf": (lambda: one_step().run([[[0.0]], [[-inf]]]), VALUE, "^z: .*-inf"),
+    "z a text": (lambda: one_step().run("z"), ANY, "^z: "),
+    "z complex": (lambda: one_step().run([[1j]]), ANY, "^z: "),
+    "z longer than A": (lambda: one_step(A=per_step(I2, 4)).run(Z), SHAPE, "[Az]: .*[345]"),
+    "z longer than H": (lambda: one_step(H=per_step(I2[:1], 4)).run(Z), SHAPE, "[Hz]: .*[34]"),
+    "z longer than the chain": (
+        lambda: sf.IMMFilter(system(), chain(transition=[HALF] * 4, initial=[1, 0])).run(Z),
+        SHAPE,
+        "(transition|z): .*[345]",
+    ),
+    "missing's shape": (
+        lambda: one_step().run(Z, missing=np.zeros(3, bool)),
+        SHAPE,
+        r"^missing: .*\(3, 1\).*got \(3,\)",
+    ),
+    "missing of runs": (
+        lambda: one_step().run(Z, missing=np.zeros((1, 3, 1), bool)),
+        SHAPE,
+        r"^missing: .*got \(1, 3, 1\)",
+    ),
+    "missing of numbers": (
+        lambda: one_step().run(Z, missing=np.zeros((3, 1))),
+        ANY,
+        "^missing: .*bool",
+    ),
+    "threads 0": (lambda: one_step().run(Z, threads=0), VALUE, "^threads: .*got 0"),
+    "threads -1": (lambda: one_step().run(Z, threads=-1), VALUE, "^threads: .*got -1"),
+    "threads a half": (lambda: one_step().run(Z, threads=1.5), VALUE, r"^threads: .*got 1\.5"),
+    "no system": (lambda: wrongly.OneStepFilter("s", chain()), VALUE, "^system: "),
+    "no chain": (lambda: wrongly.OneStepFilter(system(), HALF), VALUE, "^chain: "),
+    "many systems": (
+        lambda: wrongly.OneStepFilter([system(), system()], chain()),
+        VALUE,
+        "^system: ",
+    ),
+    "too few systems": (lambda: bank(system()), ANY, "^system.*: .*2.*1"),
+    "too many systems": (lambda: bank(*[system()] * 3), ANY, "^system.*: .*2.*3"),
+    "other measurements": (
+        lambda: bank(system(), system(H=I2, R=I2)),
+        ANY,
+        "^system.*: .*2",
+    ),
+    "other steps": (
+        lambda: bank(system(A=per_step(I2, 3)), system(A=per_step(I2, 4))).run(Z),
+        SHAPE,
+        "(A|z|system).*: ",
+    ),
+    "sizes without names": (
+        lambda: bank(small(states=None), system()),
+        VALUE,
+        "states",
+    ),
+    "one without names": (lambda: bank(small(), system()), VALUE, "states"),
+    "who enters?": (lambda: bank(small(), system(states=AB)), VALUE, "entering: .*b"),
+    "who else?": (
+        lambda: bank(small(states=["c"]), system(states=AB), entering={"b": (0, 1), "a": (0, 1)}),
+        VALUE,
+        "entering: .*c",
+    ),
+    "enters unknown": (
+        lambda: bank(small(), system(states=AB), entering={"b": (0, 1), "q": (0, 1)}),
+        VALUE,
+        "entering: .*q",
+    ),
+    "enters negative": (
+        lambda: bank(small(), system(states=AB), entering={"b": (0, -1)}),
+        VALUE,
+        "entering.*-1",
+    ),
+    "enters NaN": (
+        lambda: bank(small(), system(states=AB), entering={"b": (nan, 1)}),
+        VALUE,
+        "entering.*nan",
+    ),
+    "enters alone": (
+        lambda: bank(small(), system(states=AB), entering={"b": 1.0}),
+        VALUE,
+        "entering",
+    ),
+    "mode too high": (lambda: genie(Z, [0, 1, 2]), VALUE, r"^modes: .*got 2"),
+    "mode from the end": (lambda: genie(Z, [0, -1, 1]), VALUE, r"^modes: .*got -1"),
+    "modes too few": (lambda: genie(Z, [0, 1]), SHAPE, r"^modes: .*\(3,\).*got \(2,\)"),
+    "modes of runs": (
+        lambda: genie(np.zeros((2, 3, 1)), np.zeros((3, 3), int)),
+        SHAPE,
+        r"^modes: .*\(2, 3\).*got \(3, 3\)",
+    ),
+    "modes of halves": (lambda: genie(Z, [0.5, 1.0, 0.0]), ANY, "^modes: "),
+    "modes of what?": (
+        lambda: sf.GenieFilter(system()).run(Z, [0, 0, 0]),
+        VALUE,
+        "(chain|modes): ",
+    ),
+    "nominal's shape": (
+        lambda: linear(np.zeros((3, 1))),
+        SHAPE,
+        r"^nominal: .*got \(3, 1\)",
+    ),
+    "nominal's steps": (lambda: linear(np.zeros((4, 2))), SHAPE, r"nominal: .*|z: .*4"),
+    "nominal NaN": (lambda: linear(np.full((3, 2), nan)), VALUE, "^nominal: .*nan"),
+    "condition of no steps": (
+        lambda: sf.LinearOptimalFilter(system(), chain()).condition(0),
+        VALUE,
+        "^steps: .*got 0",
+    ),
+}
+
+
+@refuses(FILTERS)
+def test_run_that_is_none(make: Callable[[], Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        make()
+
+
+def test_all_errors_are_of_one_family() -> None:
+    assert issubclass(sf.ShapeError, sf.SurefixError)
+    assert issubclass(sf.ConfigError, sf.SurefixError)
+    assert issubclass(sf.NumericalError, sf.SurefixError)
+
+
+def test_what_was_refused_leaves_a_filter_as_it_was() -> None:
+    filter = one_step()
+    z = np.array([[0.3], [-0.2], [1.0]])
+    known = filter.run(z)
+    with pytest.raises(sf.ConfigError):
+        filter.run([[inf]])
+    again = filter.run(z)
+    assert np.array_equal(again.x, known.x)
+    assert again.log_likelihood == known.log_likelihood
+
+
+def test_one_step_is_enough() -> None:
+    """T = 1: no transition at all, and none is asked for."""
+    lone = system(A=np.zeros((0, 2, 2)), Q=np.zeros((0, 2, 2)))
+    known = one_step().run([[0.7]])
+    found = sf.OneStepFilter(lone, chain()).run([[0.7]])
+    assert np.array_equal(found.x, known.x)
+    assert np.array_equal(found.P, known.P)
+
+
+def test_what_is_given_is_what_it_has() -> None:
+    H = per_step([[1.0, 2.0]], 3)
+    made = system(A=2 * I2, H=H, Q=3 * I2, R=[[4.0]], x0=[1, 2], P0=5 * I2, states=AB)
+    assert (made.size, made.measured, tuple(made.states)) == (2, 1, ("a", "b"))
+    known = {"A": 2 * I2, "H": H, "Q": 3 * I2, "R": [[4.0]], "x0": [1, 2], "P0": 5 * I2}
+    for name, value in known.items():
+        assert np.array_equal(getattr(made, name), value), name
+
+
+def test_a_system_does_not_change_with_what_it_was_made_of() -> None:
+    A, x0 = 0.5 * np.eye(2), np.ones(2)
+    filter = one_step(A=A, x0=x0)
+    known = filter.run(Z)
+    A[:], x0[:] = 7.0, 7.0
+    assert np.array_equal(filter.run(Z).x, known.x)

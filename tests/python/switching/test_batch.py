@@ -1,0 +1,171 @@
+"""Runs in batches and threads: the same bits as one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import surefix as sf
+from oracle.step import Array
+from switching.plants import LEVELS, random_chain, random_plant, simulated, with_missing
+from switching.scenes import FOUR, arrays, assert_same_bits, mode_chain, system
+
+RUNS, STEPS = 20, 15
+PLANT = random_plant(2, 3, 2)
+CHAIN = random_chain(2, LEVELS)
+SMALL = [random_plant(1, 1, 2, states=("a",)), random_plant(2, 2, 2, states=("b", "a"))]
+Run = Callable[..., sf.SwitchingResult]
+
+
+@cache
+def modes() -> Any:
+    return np.array([simulated(PLANT, CHAIN, STEPS, s)[1] for s in range(RUNS)])
+
+
+def genie(z: Array, runs: slice = slice(None), **options: Any) -> sf.SwitchingResult:
+    made = sf.GenieFilter(system(PLANT), mode_chain(CHAIN))
+    drawn = modes()[runs] if z.ndim == 3 else modes()[runs][0]
+    return made.run(z, drawn, **options)
+
+
+def of(filter: Any) -> Run:
+    def run(z: Array, runs: slice = slice(None), **options: Any) -> Any:
+        return filter.run(z, **options)
+
+    return run
+
+
+def different(count: int) -> Any:
+    chain = random_chain(3, LEVELS[:count])
+    bank = [system(p) for p in SMALL[:count]]
+    return sf.IMMFilter(bank, mode_chain(chain), entering={"b": (0.0, 2.0)})
+
+
+FILTERS: dict[str, Callable[[], Run]] = {
+    "one step": lambda: of(sf.OneStepFilter(system(PLANT), mode_chain(CHAIN))),
+    "imm": lambda: of(sf.IMMFilter(system(PLANT), mode_chain(CHAIN))),
+    "imm, per step": lambda: of(
+        sf.IMMFilter(
+            system(random_plant(4, 3, 2, STEPS)), mode_chain(random_chain(4, LEVELS, STEPS))
+        )
+    ),
+    "imm, lumped": lambda: of(sf.IMMFilter(system(PLANT), mode_chain(FOUR).lumped_interruptions())),
+    "imm, different sizes": lambda: of(different(2)),
+    "genie": lambda: genie,
+    "linear": lambda: of(sf.LinearOptimalFilter(system(PLANT), mode_chain(CHAIN))),
+    "linear, nominal": lambda: of(
+        sf.LinearOptimalFilter(
+            system(PLANT), mode_chain(CHAIN), nominal=np.linspace(0, 9, 3 * STEPS).reshape(-1, 3)
+        )
+    ),
+}
+every = pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS.keys())
+
+
+def measured(kind: str) -> Array:
+    z = np.array([simulated(PLANT, CHAIN, STEPS, s)[2] for s in range(RUNS)])
+    if "missing" in kind:  # in some runs components, in others whole measurements
+        z[::3] = with_missing(z[::3], 1)
+        z[1::5, 4:9] = np.nan
+    if "outliers" in kind:  # some so far out that only one mode is left
+        z[2::4, 6] += 1e3
+        z[5, 3] = 1e8
+    return z
+
+
+KINDS = ("clean", "missing", "outliers", "missing and outliers")
+
+
+@every
+@pytest.mark.parametrize("kind", KINDS)
+def test_runs_one_by_one_and_in_batches_of_all_sizes(make: Callable[[], Run], kind: str) -> None:
+    run, z = make(), measured(kind)
+    alone = [run(z[i], slice(i, i + 1)) for i in range(RUNS)]
+    for count in range(1, RUNS + 1):
+        first = (RUNS - count) // 2
+        batch = run(z[first : first + count], slice(first, first + count))
+        for i in range(count):
+            for many, one in zip(arrays(batch), arrays(alone[first + i]), strict=True):
+                assert np.array_equal(many[i], one), f"run {i} of {count}"
+
+
+@every
+@pytest.mark.parametrize("kind", KINDS[::3])
+def test_threads_do_not_change_a_bit(make: Callable[[], Run], kind: str) -> None:
+    run, z = make(), measured(kind)
+    known = run(z)
+    for threads in (1, 2, 3):
+        assert_same_bits(run(z, threads=threads), known)
+    assert_same_bits(run(z[:2], slice(0, 2), threads=3), run(z[:2], slice(0, 2), threads=1))
+
+
+@every
+def test_a_run_does_not_know_its_neighbours(make: Callable[[], Run]) -> None:
+    """In another order, and with neighbours that are all missing or far out."""
+    run, z = make(), measured("missing")
+    known = run(z[4], slice(4, 5))
+    around = np.full_like(z, np.nan)
+    around[::2] = 1e8
+    around[4] = z[4]
+    for many, one in zip(arrays(run(around)), arrays(known), strict=True):
+        assert np.array_equal(many[4], one)
+
+
+@every
+def test_twice_is_the_same(make: Callable[[], Run]) -> None:
+    """No state is left from a run, and what is given is not changed."""
+    run, z = make(), measured("missing and outliers")
+    before = z.copy()
+    first, second = run(z), run(z)
+    assert_same_bits(first, second)
+    assert np.array_equal(z, before, equal_nan=True)
+    for a in (*arrays(first), *arrays(second)):
+        assert not np.shares_memory(a, z)
+
+
+@every
+def test_masks_in_some_runs(make: Callable[[], Run]) -> None:
+    run, z = make(), measured("missing")
+    gone = np.isnan(z)
+    assert_same_bits(run(np.where(gone, -1e8, z), missing=gone), run(z))
+    half = gone & (np.arange(2) == 0)  # the others as not a number
+    assert_same_bits(run(np.where(half, 3.0, z), missing=half), run(z))
+
+
+def test_what_is_given_is_not_changed() -> None:
+    given = [np.array(a) for a in (PLANT.A, PLANT.H, PLANT.Q, PLANT.R, PLANT.x0, PLANT.P0)]
+    transition, initial = CHAIN.transition.copy(), CHAIN.initial.copy()
+    nominal, z, gone = np.ones((STEPS, 3)), measured("clean"), np.zeros((RUNS, STEPS, 2), bool)
+    followed = modes().copy()
+    arguments = [*given, transition, initial, nominal, z, gone, followed]
+    before = [a.copy() for a in arguments]
+    made, chain = sf.LinearSystem(*given), sf.ModeChain(CHAIN.modes, transition, initial)
+    sf.OneStepFilter(made, chain).run(z, missing=gone)
+    sf.IMMFilter(made, chain).run(z, missing=gone)
+    sf.GenieFilter(made, chain).run(z, modes=followed, missing=gone)
+    sf.LinearOptimalFilter(made, chain, nominal=nominal).run(z, missing=gone)
+    for a, b in zip(arguments, before, strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_what_is_given_may_lie_in_memory_as_it_likes() -> None:
+    """Columns first, every second row, backwards, read-only, whole numbers."""
+    z = np.round(measured("clean"))
+    filter = sf.IMMFilter(system(PLANT), mode_chain(CHAIN))
+    known = filter.run(z)
+    spread = np.zeros((2 * RUNS, STEPS, 2))
+    spread[::2] = z
+    locked = z.copy()
+    locked.setflags(write=False)
+    for given in (np.asfortranarray(z), spread[::2], z[::-1].copy()[::-1], locked, z.tolist()):
+        assert_same_bits(filter.run(given), known)
+    assert_same_bits(filter.run(z.astype(np.int64)), known)
+    twisted = sf.LinearSystem(*(
+        np.asfortranarray(a)
+        for a in (PLANT.A, PLANT.H, PLANT.Q, PLANT.R, PLANT.x0, PLANT.P0)
+    ))  # fmt: skip
+    assert_same_bits(sf.IMMFilter(twisted, mode_chain(CHAIN)).run(z), known)
