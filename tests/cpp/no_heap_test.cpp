@@ -6,6 +6,7 @@
 
 #include "robust/faults.hpp"
 #include "surefix/desync/any_filter.hpp"
+#include "switching/switching.hpp"
 #include "systems.hpp"
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -194,6 +195,27 @@ TEST_F(NoHeap, InStepsOfTheRobustFilter) {
     EXPECT_EQ(allocations([&] { ok = hundred_steps<RobustEstimate>(filter, system, random); }), 0);
     EXPECT_TRUE(ok);
   }
+}
+
+TEST_F(NoHeap, InStepsOfTheSwitchingFilters) {
+  using namespace switching;
+  const switching::testing::Prepared prepared;
+  switching::Filter<Method::imm, switching::testing::Two> imm;
+  switching::Filter<Method::one_step, switching::testing::Two> one_step;
+  const auto& initial = prepared.system.initial();
+  ASSERT_EQ(imm.make(switching::testing::four_modes(), initial), ConfigStatus::ok);
+  ASSERT_EQ(one_step.make(switching::testing::four_modes(), initial), ConfigStatus::ok);
+  bool ok = true;
+  EXPECT_EQ(allocations([&] {
+              for (int k = 0; k < 300; ++k) {  // with gaps and gross outliers
+                Measured<switching::testing::Two> z;
+                z(0) = switching::testing::measurement(2, k);
+                ok &= imm.step(prepared.transition(), prepared.observation(), z) == Status::ok;
+                ok &= one_step.step(prepared.transition(), prepared.observation(), z) == Status::ok;
+              }
+            }),
+            0);
+  EXPECT_TRUE(ok);
 }
 
 }  // namespace

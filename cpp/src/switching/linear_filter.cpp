@@ -30,8 +30,8 @@ bool AnyLinearFilter::compute(const double* z, int T, Gains& out, int& failed) c
   return true;
 }
 
-void AnyLinearFilter::filter(const Gains& gains, const BatchRequest& in, std::int64_t run,
-                             const BatchOutput& out) const {
+BatchStatus AnyLinearFilter::filter(const Gains& gains, const BatchRequest& in, std::int64_t run,
+                                    const BatchOutput& out) const {
   const int n = system_.size(), m = system_.measured();
   std::array<double, 32> now{}, next{};  // x̂, or x̂ − x̄
   for (int k = 0; k < in.T; ++k) {
@@ -47,6 +47,7 @@ void AnyLinearFilter::filter(const Gains& gains, const BatchRequest& in, std::in
           value -= gains.mean_gamma[at(k)] * of_step(system_.H, k).row(i).dot(nominal_.row(k));
         sum += gain.F2(a, i) * value;
       }
+      if (!finite(sum)) return {Status::numerical, run, k};
       next[at(a)] = sum;
     }
     now = next;
@@ -57,6 +58,7 @@ void AnyLinearFilter::filter(const Gains& gains, const BatchRequest& in, std::in
       for (int b = 0; b < n; ++b) out.P[(row * n + a) * n + b] = gains.error[at(k)](a, b);
     }
   }
+  return {};
 }
 
 BatchStatus AnyLinearFilter::run(const BatchRequest& in, const BatchOutput& out) const {
@@ -72,13 +74,10 @@ BatchStatus AnyLinearFilter::run(const BatchRequest& in, const BatchOutput& out)
         if (std::isinf(z[k * m + i])) return {Status::not_finite, run, k};
         missing |= std::isnan(z[k * m + i]);
       }
-    if (!missing) {
-      filter(common, in, run, out);
-      continue;
-    }
     Gains own;
-    if (!compute(z, in.T, own, failed)) return {Status::numerical, run, failed};
-    filter(own, in, run, out);
+    if (missing && !compute(z, in.T, own, failed)) return {Status::numerical, run, failed};
+    const BatchStatus status = filter(missing ? own : common, in, run, out);
+    if (status.status != Status::ok) return status;
   }
   return {};
 }

@@ -68,11 +68,9 @@ bool LinearRecursion::advance(const LinearStep& step, const Matrix* p, const boo
   if (moves) {
     A = step.A;
     Q = step.Q;
-    const double before = law_.dot(gamma);
-    const Vector law = p->transpose() * law_;
-    const Vector seen = p->transpose() * law_.cwiseProduct(gamma);  // E γ_{k−1} 1_j
-    p11_ = before != 0.0 ? seen.dot(gamma) / before : 0.0;
-    law_ = law;
+    if (seen_.size() > 0) seen_ = Vector(p->transpose() * seen_);
+    p11_ = seen_.size() > 0 ? seen_.dot(gamma) : 0.0;
+    law_ = Vector(p->transpose() * law_);
     for (auto* X : {&xx_, &ex_, &ee_}) move_modes(*p, *X);
     move_modes(*p, e_);
   }
@@ -80,6 +78,7 @@ bool LinearRecursion::advance(const LinearStep& step, const Matrix* p, const boo
   double delta = 0.0;
   for (int j = 0; j < chain_.size(); ++j) delta += law_(j) * mean_delta(chain_, j);
   mean_gamma_ = e1;
+  if (e1 != 0.0) seen_ = law_.cwiseProduct(gamma) / e1;
 
   // (23b-e)
   C_ = symmetric(A * C_ * A.transpose() + Q);
@@ -124,7 +123,6 @@ bool LinearRecursion::advance(const LinearStep& step, const Matrix* p, const boo
     ee = symmetric(ee);
     ex = F1 * ex + g * F2 * H * xx;
   }
-  first_ = false;
   gain.F1 = F1;
   gain.F2 = Matrix::Zero(n, m);
   gain.F2(Eigen::all, rows) = F2;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -77,6 +77,13 @@ def one_of(name: str, value: Any, known: Sequence[str]) -> str:
     return value
 
 
+def instance(name: str, value: Any, kind: type[T]) -> T:
+    """An object of one kind."""
+    if not isinstance(value, kind):
+        raise ConfigError(f"{name}: expected a {kind.__name__}, got {value!r}")
+    return value
+
+
 def tuple_of(name: str, values: Any, kind: type[T], what: str) -> tuple[T, ...]:
     """A tuple of objects of one kind; ``what`` are they called?"""
     try:
@@ -136,24 +143,48 @@ def to_nanoseconds_array(values: FloatArray) -> npt.NDArray[np.int64]:
     return whole.astype(np.int64) * 10**9 + fraction
 
 
-def array(name: str, value: Any, shape: tuple[int | None, ...]) -> FloatArray:
-    """A finite float64 array of `shape`, where None stands for any length; a read-only copy, so
-    that nothing that is done to the argument later changes what was checked."""
+def floats(name: str, value: Any, expected: str = "numbers") -> FloatArray:
+    """A float64 array of any shape, not always a copy; NaN where a numpy mask hides a number. Texts
+    that read like numbers are none, and neither are rows of different lengths."""
     try:
-        result = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise ShapeError(
-            f"{name}: expected numbers of shape {_text(shape)}, got {value!r}"
-        ) from None
-    fits = result.ndim == len(shape) and all(
-        want is None or want == got for want, got in zip(shape, result.shape, strict=True)
-    )
-    if not fits:
-        raise ShapeError(f"{name}: expected shape {_text(shape)}, got {result.shape}")
+        given = value if isinstance(value, np.ma.MaskedArray) else np.asarray(value)
+        kind = given.dtype.kind
+        if kind not in "biufO" or (
+            kind == "O" and any(isinstance(v, (str, bytes)) for v in given.flat)
+        ):
+            raise TypeError
+        if isinstance(given, np.ma.MaskedArray):
+            given = np.ma.filled(given.astype(np.float64), np.nan)
+        return np.asarray(given, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError):
+        raise ShapeError(f"{name}: expected {expected}, got {value!r}") from None
+
+
+def array(name: str, value: Any, *shapes: tuple[int | None, ...]) -> FloatArray:
+    """A finite float64 array of one of `shapes`, where None stands for any length; a read-only
+    copy, so that nothing that is done to the argument later changes what was checked."""
+    expected = " or ".join(_text(shape) for shape in shapes)
+    result = np.array(floats(name, value, f"numbers of shape {expected}"), order="C")
+    if not any(_fits(result.shape, shape) for shape in shapes):
+        raise ShapeError(f"{name}: expected shape {expected}, got {result.shape}")
     if not np.isfinite(result).all():
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(result))[0])
         raise ConfigError(f"{name}: expected finite numbers, got {result[where]} at {where}")
     return read_only(result)
+
+
+def per_step(matrices: FloatArray) -> FloatArray:
+    """(k, rows, columns) of a stack, k = 1 of one matrix for all steps."""
+    return matrices if matrices.ndim == 3 else matrices[None]
+
+
+def one_length(what: str, lengths: Mapping[str, int | None]) -> int | None:
+    """The number of steps that all those are for which are not for any number, None."""
+    known = {name: steps for name, steps in lengths.items() if steps is not None}
+    if len(set(known.values())) > 1:
+        text = ", ".join(f"{name} for {steps}" for name, steps in known.items())
+        raise ShapeError(f"{what}: expected one number of steps, got {text}")
+    return next(iter(known.values()), None)
 
 
 def read_only(array: AnyArray) -> AnyArray:
@@ -178,11 +209,10 @@ def covariance(name: str, value: Any, size: int | None, *, definite: bool = Fals
 
 
 def covariances(name: str, value: Any, size: int, *, definite: bool = False) -> FloatArray:
-    """As `covariance`, of one matrix or of one for every step: (any, size, size)."""
-    given = np.asarray(value, dtype=np.float64) if not isinstance(value, np.ndarray) else value
-    if given.ndim != 3:
-        return covariance(name, value, size, definite=definite)[None]
-    result = array(name, value, (None, size, size))
+    """As `covariance`, of one matrix (size, size) or of a stack (any, size, size)."""
+    result = array(name, value, (size, size), (None, size, size))
+    if result.ndim == 2:
+        return covariance(name, result, size, definite=definite)
     deviation = np.sqrt(np.abs(np.diagonal(result, axis1=1, axis2=2)))
     scale = deviation[:, :, None] * deviation[:, None, :]
     other = result.transpose(0, 2, 1)
@@ -206,6 +236,12 @@ def _is_semidefinite(matrix: FloatArray, definite: bool) -> bool:
     scale = np.where(deviation > 0, deviation, 1.0)
     smallest = np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min(initial=1.0)
     return bool(smallest > 0 if definite else smallest >= -1e-12 * len(matrix))
+
+
+def _fits(shape: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+    return len(shape) == len(wanted) and all(
+        want is None or want == got for want, got in zip(wanted, shape, strict=True)
+    )
 
 
 def _text(shape: tuple[int | None, ...]) -> str:

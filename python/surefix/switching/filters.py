@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +25,8 @@ class OneStepFilter:
     """
 
     def __init__(self, system: LinearSystem, chain: ModeChain) -> None:
-        self.system = _system("system", system)
-        self.chain = _chain(chain)
+        self.system = checks.instance("system", system, LinearSystem)
+        self.chain = checks.instance("chain", chain, ModeChain)
         self._steps = series.one_length([system], chain)
         self._engine = series.made(
             _core.SwitchingEngine.one_step(system.engine, chain.engine, chain.p), "system"
@@ -49,6 +50,9 @@ class OneStepFilter:
             n=self.system.size, M=self.chain.size, states=self.system.states,
         )  # fmt: skip
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.system, self.chain)
+
 
 class IMMFilter:
     """The interacting-multiple-model filter (Sigalov & Oshman, section IV; Blom & Bar-Shalom).
@@ -66,7 +70,7 @@ class IMMFilter:
         chain: ModeChain,
         entering: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        self.chain = _chain(chain)
+        self.chain = checks.instance("chain", chain, ModeChain)
         if isinstance(systems, LinearSystem):
             self.systems: tuple[LinearSystem, ...] = (systems,)
         else:
@@ -81,8 +85,13 @@ class IMMFilter:
             raise ShapeError(
                 f"systems: expected one number of measured components, got {sorted(measured)}"
             )
-        self._steps = series.one_length(list(self.systems), chain)
-        self.states, state_map = _states(self.systems, entering)
+        self._steps = series.one_length(self.systems, chain)
+        if not isinstance(entering, (Mapping, type(None))):
+            raise ConfigError(
+                f"entering: expected {{state name: (mean, variance)}}, got {entering!r}"
+            )
+        self.entering = dict(entering or {})
+        self.states, state_map = _states(self.systems, self.entering)
         self._engine = series.made(
             _core.SwitchingEngine.imm(
                 [system.engine for system in self.systems], chain.engine, chain.p, state_map
@@ -103,6 +112,10 @@ class IMMFilter:
             steps=self._steps, n=size, M=self.chain.size, states=self.states,
         )  # fmt: skip
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        systems = self.systems if len(self.systems) > 1 else self.systems[0]
+        return type(self), (systems, self.chain, self.entering)
+
 
 class GenieFilter:
     """The Kalman filter that knows the mode of every step (section VI): nothing does better.
@@ -111,8 +124,8 @@ class GenieFilter:
     """
 
     def __init__(self, system: LinearSystem, chain: ModeChain | None = None) -> None:
-        self.system = _system("system", system)
-        self.chain = None if chain is None else _chain(chain)
+        self.system = checks.instance("system", system, LinearSystem)
+        self.chain = None if chain is None else checks.instance("chain", chain, ModeChain)
         self._steps = series.one_length([system], chain)
         modes = [] if chain is None else list(chain.modes)
         self._engine = series.made(_core.SwitchingEngine.genie(system.engine, modes), "system")
@@ -124,35 +137,20 @@ class GenieFilter:
         missing: npt.ArrayLike | None = None,
         threads: int | None = None,
     ) -> SwitchingResult:
-        """As ``OneStepFilter.run``, with ``modes`` (steps,) or (runs, steps): indices into
-        ``chain.modes``."""
-        if modes is not None and self.chain is None:
-            raise ConfigError("modes: expected none from a genie without a chain")
-        if modes is not None and self.chain is not None:
-            lumped = [j for j, b in enumerate(self.chain.branches) if len(b) > 1]
-            if lumped and np.isin(np.asarray(modes), lumped).any():
-                raise ConfigError(f"modes: expected modes with one delta, {lumped} are lumped")
+        """As ``OneStepFilter.run``, with ``modes`` (runs, steps), or (steps,) of all runs: indices
+        into ``chain.modes``."""
         return series.run(
             self._engine, z, missing, threads, measured=self.system.measured, steps=self._steps,
-            n=self.system.size, M=0, modes=modes, states=self.system.states,
-            count=0 if self.chain is None else self.chain.size,
+            n=self.system.size, M=0, modes=modes, chain=self.chain, states=self.system.states,
+            trouble="system, z: at {where} the estimate overflows, z is {z}",
         )  # fmt: skip
 
-
-def _system(name: str, value: LinearSystem) -> LinearSystem:
-    if not isinstance(value, LinearSystem):
-        raise ConfigError(f"{name}: expected a LinearSystem, got {value!r}")
-    return value
-
-
-def _chain(value: ModeChain) -> ModeChain:
-    if not isinstance(value, ModeChain):
-        raise ConfigError(f"chain: expected a ModeChain, got {value!r}")
-    return value
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.system, self.chain)
 
 
 def _states(
-    systems: Sequence[LinearSystem], entering: Mapping[str, tuple[float, float]] | None
+    systems: Sequence[LinearSystem], entering: Mapping[str, tuple[float, float]]
 ) -> tuple[tuple[str, ...] | None, _core.StateMap | None]:
     """Names of all states, and the map between those of the systems; none where all are alike."""
     named = [system.states for system in systems]
@@ -165,14 +163,13 @@ def _states(
         raise ConfigError("systems: expected names of the states, because they differ in size")
     union = tuple(dict.fromkeys(name for names in known for name in names))
     partial = [name for name in union if any(name not in names for names in known)]
-    given = dict(entering or {})
-    if set(given) != set(partial):
+    if set(entering) != set(partial):
         raise ConfigError(
             f"entering: expected (mean, variance) of {', '.join(partial) or 'none'}, which not all "
-            f"modes have, got {', '.join(given) or 'none'}"
+            f"modes have, got {', '.join(map(str, entering)) or 'none'}"
         )
     mean, variance = np.zeros(len(union)), np.zeros(len(union))
-    for name, pair in given.items():
+    for name, pair in entering.items():
         first, second = checks.array(f"entering {name!r}", pair, (2,))
         mean[union.index(name)] = first
         variance[union.index(name)] = checks.not_negative(f"entering {name!r} variance", second)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
-from surefix.errors import ConfigError
 from surefix.switching import series
 from surefix.switching.linear_system import LinearSystem
 from surefix.switching.mode_chain import ModeChain
@@ -62,11 +62,8 @@ class LinearOptimalFilter:
     def __init__(
         self, system: LinearSystem, chain: ModeChain, nominal: npt.ArrayLike | None = None
     ) -> None:
-        if not isinstance(system, LinearSystem):
-            raise ConfigError(f"system: expected a LinearSystem, got {system!r}")
-        if not isinstance(chain, ModeChain):
-            raise ConfigError(f"chain: expected a ModeChain, got {chain!r}")
-        self.system, self.chain = system, chain
+        self.system = checks.instance("system", system, LinearSystem)
+        self.chain = checks.instance("chain", chain, ModeChain)
         steps = series.one_length([system], chain)
         self.nominal = (
             None if nominal is None else checks.array("nominal", nominal, (steps, system.size))
@@ -90,4 +87,8 @@ class LinearOptimalFilter:
         return series.run(
             self._engine, z, missing, threads, measured=self.system.measured, steps=self._steps,
             n=self.system.size, M=0, likelihood=False, states=self.system.states,
+            trouble="system, chain: at {where} the matrix of the gain overflows or is not definite",
         )  # fmt: skip
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.system, self.chain, self.nominal)

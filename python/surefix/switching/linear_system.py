@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,8 @@ class LinearSystem:
     The first measurement is of x_0. ``A``, ``Q``: (n, n), or (steps - 1, n, n) where entry k leads
     from measurement k to k + 1; ``H`` (m, n), or (steps, m, n); ``R`` (m, m), or (steps, m, m),
     positive definite; ``x0`` (n,), ``P0`` (n, n); n and m at most 32. ``states`` names the states,
-    needed where systems with different states meet in one IMM. All are kept with their axis of
-    steps, of length 1 where there is one matrix for all.
+    needed where systems with different states meet in one IMM. A stack is for its number of steps
+    only, also one of a single matrix (``steps``); one matrix is for any.
 
     Raises ShapeError or ConfigError for what does not fit.
     """
@@ -36,17 +37,18 @@ class LinearSystem:
     x0: FloatArray
     P0: FloatArray
     states: tuple[str, ...] | None = None
+    steps: int | None = field(init=False, repr=False)
+    """The number of measurements that it is for; None: any."""
     engine: _core.LinearSystemEngine = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        x0 = checks.array("x0", self.x0, (None,))
-        n = _size("x0", len(x0))
-        H = _stack("H", self.H, (None, n))
-        m = _size("H", H.shape[1])
+        n = _size("A", self._states())
+        H = checks.array("H", self.H, (None, n), (None, None, n))
+        m = _size("H", H.shape[-2])
         checked: dict[str, Any] = {
-            "x0": x0,
+            "A": checks.array("A", self.A, (n, n), (None, n, n)),
             "H": H,
-            "A": _stack("A", self.A, (n, n)),
+            "x0": checks.array("x0", self.x0, (n,)),
             "Q": checks.covariances("Q", self.Q, n),
             "R": checks.covariances("R", self.R, m, definite=True),
             "P0": checks.covariance("P0", self.P0, n),
@@ -54,15 +56,14 @@ class LinearSystem:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
-        lengths = {
-            name: len(getattr(self, name)) + (name in "AQ")
-            for name in ("A", "Q", "H", "R")
-            if len(getattr(self, name)) > 1
-        }
-        if len(set(lengths.values())) > 1:
-            text = ", ".join(f"{name} for {length}" for name, length in lengths.items())
-            raise ShapeError(f"A, Q, H, R: expected matrices for one number of steps, got {text}")
-        engine = _core.LinearSystemEngine(self.A, self.Q, self.H, self.R, self.x0, self.P0)
+        stacks = {name: checked[name] for name in ("A", "Q", "H", "R") if checked[name].ndim == 3}
+        lengths = {name: len(stack) + (name in "AQ") for name, stack in stacks.items()}
+        steps = checks.one_length("A, Q, H, R", lengths)
+        if steps == 0:
+            raise ShapeError(f"{', '.join(stacks)}: expected matrices of 1 or more steps, got none")
+        A, Q, H, R = (_for_engine(checked[name]) for name in ("A", "Q", "H", "R"))
+        engine = _core.LinearSystemEngine(A, Q, H, R, self.x0, self.P0)
+        object.__setattr__(self, "steps", steps)
         object.__setattr__(self, "engine", engine)
 
     @classmethod
@@ -76,6 +77,10 @@ class LinearSystem:
         P0: npt.ArrayLike,
     ) -> LinearSystem:
         """The system of a motion model that is measured at ``times`` (steps,) [s], ascending."""
+        if not isinstance(model, Model):
+            raise ConfigError(
+                f"model: expected a motion model such as ConstantAcceleration, got {model!r}"
+            )
         t = checks.array("times", times, (None,))
         backwards = np.flatnonzero(np.diff(t) < 0)
         if len(t) < 2 or len(backwards):
@@ -88,11 +93,10 @@ class LinearSystem:
             if dt not in known:
                 known[dt] = model.transition(float(dt))
         pairs = [known[dt] for dt in np.diff(t)]
+        given: dict[str, Any] = {"H": H, "R": R, "x0": x0, "P0": P0}
         return cls(
-            A=np.array([F for F, _ in pairs]), H=np.asarray(H, dtype=np.float64),
-            Q=np.array([Q for _, Q in pairs]), R=np.asarray(R, dtype=np.float64),
-            x0=np.asarray(x0, dtype=np.float64), P0=np.asarray(P0, dtype=np.float64),
-            states=model.state_names,
+            A=np.array([F for F, _ in pairs]), Q=np.array([Q for _, Q in pairs]),
+            states=model.state_names, **given,
         )  # fmt: skip
 
     @property
@@ -103,29 +107,25 @@ class LinearSystem:
     @property
     def measured(self) -> int:
         """Number of measured components m."""
-        return len(self.H[0])
+        return int(self.H.shape[-2])
 
-    @property
-    def steps(self) -> int | None:
-        """The number of measurements that it is for; None: any."""
-        for name in ("A", "Q", "H", "R"):
-            count = len(getattr(self, name))
-            if count > 1:
-                return count + 1 if name in "AQ" else count
-        return None
+    def _states(self) -> int:
+        """The number of states that most arguments are for: one that is not will be named."""
+        names = ("A", "P0", "x0", "H", "Q")
+        shapes = [checks.floats(name, getattr(self, name)).shape for name in names]
+        return statistics.mode(shape[-1] if shape else 1 for shape in shapes)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {n: f for n, f in self.__dict__.items() if n != "engine"}
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.init}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__init__(**state)  # type: ignore[misc]
 
 
-def _stack(name: str, value: Any, shape: tuple[int | None, int]) -> FloatArray:
-    """(1, rows, columns) or (steps, rows, columns)."""
-    if np.ndim(value) == 3:
-        return checks.array(name, value, (None, *shape))
-    return checks.array(name, value, shape)[None]
+def _for_engine(matrices: FloatArray) -> FloatArray:
+    """(k, rows, columns), k >= 1: where a single step leaves no A and Q, one that nothing reads."""
+    stack = checks.per_step(matrices)
+    return stack if len(stack) else np.zeros((1, *stack.shape[1:]))
 
 
 def _size(name: str, size: int) -> int:

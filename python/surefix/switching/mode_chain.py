@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -21,10 +22,10 @@ class ModeChain:
 
     ``modes``: pairs (gamma, delta); gamma multiplies what is measured of the state (1 healthy, 0
     interrupted, or any other number), delta > 0 the covariance of the noise. Pairs may repeat.
-    ``transition``: (M, M), or (steps - 1, M, M) where entry k leads from measurement k to k + 1;
-    **rows are the mode before, columns the mode after**. ``initial`` (M,): the law of the mode at
-    the first measurement, by default the stationary one; needed where there is no single one, and
-    where the transitions differ from step to step.
+    ``transition``: (M, M), or for 2 or more steps (steps - 1, M, M) where entry k leads from
+    measurement k to k + 1; **rows are the mode before, columns the mode after**. ``initial`` (M,):
+    the law of the mode at the first measurement, by default the stationary one; needed where there
+    is no single one, and where there is a transition for every step.
 
     Raises ConfigError or ShapeError that names row and column of what is no law.
     """
@@ -36,17 +37,20 @@ class ModeChain:
         initial: npt.ArrayLike | None = None,
     ) -> None:
         pairs = _pairs(modes)
-        self.p = _transitions("transition", transition, len(pairs))
-        """Transitions (1 or steps - 1, M, M), every row summing to one."""
-        if initial is None and len(self.p) > 1:
-            raise ConfigError(
-                "initial: expected a law, because the transitions differ from step to step"
-            )
+        P = _transitions("transition", transition, len(pairs))
+        if initial is None and P.ndim == 3:
+            raise ConfigError("initial: expected a law, because each step has its own transition")
         law = None if initial is None else checks.array("initial", initial, (len(pairs),))
-        self._set(_made(_core.ModeChainEngine.make(pairs, self.p[0], law), pairs))
+        first = checks.per_step(P)[0]
+        self._set(_made(_core.ModeChainEngine.make(pairs, first, law), pairs), P)
 
-    def _set(self, engine: _core.ModeChainEngine) -> None:
+    def _set(self, engine: _core.ModeChainEngine, transition: FloatArray) -> None:
         self.engine = engine
+        self.transition = checks.read_only(transition)
+        """(M, M), or (steps - 1, M, M) of a transition for every step; rows before, columns
+        after."""
+        self.p = checks.per_step(self.transition)
+        """The same with the axis of steps in any case."""
         self.initial = checks.read_only(engine.initial)
         """Law of the first mode (M,)."""
         self.branches = tuple(tuple(mode) for mode in engine.branches)
@@ -63,23 +67,15 @@ class ModeChain:
     ) -> ModeChain:
         """Problem 1: gamma and delta drawn anew in each step, independent of each other; values
         with their probabilities, delta runs fastest."""
-        g, d = _law("gamma", gamma), _law("delta", delta)
-        return cls(
-            [(a, b) for a in g for b in d],
-            np.tile([p * q for p in g.values() for q in d.values()], (len(g) * len(d), 1)),
-        )
+        g = _law("gamma", gamma, "gamma probability")
+        d = _law("delta", delta, "delta probability")
+        return cls(list(product(gamma, delta)), np.tile(np.kron(g, d), (len(g) * len(d), 1)))
 
     @classmethod
     def joint_draws(cls, probability: Mapping[tuple[float, float], float]) -> ModeChain:
         """Problem 2: pairs (gamma, delta) drawn anew in each step, with their probabilities."""
-        if not isinstance(probability, Mapping):
-            raise ConfigError(
-                f"probability: expected {{(gamma, delta): probability}}, got {probability!r}"
-            )
-        rows = np.tile(
-            [checks.number("probability", p) for p in probability.values()], (len(probability), 1)
-        )
-        return cls(list(probability), rows)
+        law = _law("probability", probability, "probability")
+        return cls(list(probability), np.tile(law, (len(law), 1)))
 
     @classmethod
     def independent_chains(
@@ -92,15 +88,13 @@ class ModeChain:
         """Problem 3: a chain of gamma beside an independent one of delta; delta runs fastest."""
         g = checks.array("gamma_levels", gamma_levels, (None,))
         d = checks.array("delta_levels", delta_levels, (None,))
-        first = _transitions("gamma_transition", gamma_transition, len(g))
-        second = _transitions("delta_transition", delta_transition, len(d))
-        for name, P in (("gamma_transition", first), ("delta_transition", second)):
-            if len(P) > 1:
-                raise ShapeError(f"{name}: expected one matrix, got {len(P)}")
-        made = _core.ModeChainEngine.independent(g.tolist(), first[0], d.tolist(), second[0])
+        pairs = _pairs(product(g, d))
+        first = _settling("gamma_transition", gamma_transition, len(g))
+        second = _settling("delta_transition", delta_transition, len(d))
+        made = _core.ModeChainEngine.independent(g.tolist(), first, d.tolist(), second)
         chain = cls.__new__(cls)
-        chain._set(_made(made, [(a, b) for a in g for b in d]))
-        chain.p = checks.read_only(chain.engine.transition[None])
+        engine = _made(made, pairs)
+        chain._set(engine, engine.transition)
         return chain
 
     @classmethod
@@ -119,11 +113,14 @@ class ModeChain:
                 raise ConfigError(
                     f"rates: expected numbers >= 0, got {G[i, j]} at {(int(i), int(j))}"
                 )
-        durations = np.atleast_1d(checks.array("dt", dt, (None,) if np.ndim(dt) else ()))
-        if (durations < 0).any():
+        durations = checks.array("dt", dt, (), (None,))
+        if durations.size == 0:
+            raise ShapeError("dt: expected a number, or one for each of 1 or more steps, got none")
+        if durations.min() < 0:
             raise ConfigError(f"dt: expected numbers >= 0, got {durations.min()}")
-        known = {d: _core.transition_over(G, float(d)) for d in np.unique(durations)}
-        P = np.array([known[d] for d in durations])
+        different, which = np.unique(durations, return_inverse=True)
+        known = np.array([_core.transition_over(G, float(d)) for d in different])
+        P = known[which.reshape(durations.shape)]
         if initial is None:
             off = G - np.diag(np.diag(G))
             fastest = off.sum(axis=1).max()
@@ -133,7 +130,7 @@ class ModeChain:
                 raise ConfigError(
                     "initial: expected a law, because the rates have several that stay"
                 )
-        return cls(modes, P if len(P) > 1 else P[0], initial)
+        return cls(modes, P, initial)
 
     @property
     def size(self) -> int:
@@ -141,21 +138,16 @@ class ModeChain:
         return len(self.modes)
 
     @property
-    def transition(self) -> FloatArray:
-        """(M, M), or (steps - 1, M, M) where they differ; rows before, columns after."""
-        return self.p if len(self.p) > 1 else checks.read_only(self.p[0])
-
-    @property
     def steps(self) -> int | None:
         """The number of measurements that it is for; None: any."""
-        return len(self.p) + 1 if len(self.p) > 1 else None
+        return len(self.transition) + 1 if self.transition.ndim == 3 else None
 
     def stationary(self) -> FloatArray:
         """The law that the transitions leave as it is (M,). ConfigError if there is more than one,
-        or if the transitions differ from step to step."""
-        if len(self.p) > 1:
-            raise ConfigError("stationary: the transitions differ from step to step")
-        law = _core.stationary(self.p[0])
+        or if each step has its own transition."""
+        if self.steps is not None:
+            raise ConfigError("stationary: each step has its own transition")
+        law = _core.stationary(self.transition)
         if law is None:
             raise ConfigError("stationary: there is more than one law that stays")
         return checks.read_only(law)
@@ -177,11 +169,13 @@ class ModeChain:
         where those shares do not depend on the mode before.
         """
         try:
-            sets = [[int(i) for i in group] for group in groups]
+            sets = [
+                [checks.whole("groups", i, 0, self.size - 1) for i in group] for group in groups
+            ]
         except TypeError:
             raise ConfigError(f"groups: expected lists of modes, got {groups!r}") from None
-        same = len(self.p) == 1
-        law = _core.stationary(self.p[0]) if same else None
+        same = self.steps is None
+        law = _core.stationary(self.transition) if same else None
         law = self.initial if law is None else law
         made = self.engine.lumped(sets, law)
         if isinstance(made, tuple):
@@ -192,16 +186,15 @@ class ModeChain:
                 f"their gamma is 0; got {what} in {sets}"
             )
         chain = ModeChain.__new__(ModeChain)
-        chain._set(made)
         if same:
-            chain.p = checks.read_only(made.transition[None])
+            chain._set(made, made.transition)
             return chain
         member = np.array([[i in group for i in range(self.size)] for group in sets], dtype=float)
         share = member * law
         total = share.sum(axis=1, keepdims=True)
         share = np.where(total > 0, share / np.where(total > 0, total, 1.0),
                          member / member.sum(axis=1, keepdims=True))  # fmt: skip
-        chain.p = _transitions("transition", share @ self.p @ member.T, len(sets))
+        chain._set(made, _transitions("transition", share @ self.p @ member.T, len(sets)))
         return chain
 
     def lumped_interruptions(self) -> ModeChain:
@@ -217,71 +210,73 @@ class ModeChain:
 
     def __getstate__(self) -> dict[str, Any]:
         return {
-            "gamma": self.engine.gamma, "branches": self.branches, "p": self.p,
+            "gamma": self.engine.gamma, "branches": self.branches, "transition": self.transition,
             "initial": self.initial,
         }  # fmt: skip
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.p = checks.read_only(state["p"])
-        self._set(
-            _core.ModeChainEngine.restore(
-                state["gamma"], state["branches"], self.p[0], state["initial"]
-            )
+        P = state["transition"]
+        engine = _core.ModeChainEngine.restore(
+            state["gamma"], state["branches"], checks.per_step(P)[0], state["initial"]
         )
+        self._set(engine, P)
 
 
 def _pairs(modes: Any) -> list[tuple[float, float]]:
     """Checked pairs (gamma, delta)."""
     try:
-        given = [tuple(mode) for mode in modes]
-        pairs = [(float(gamma), float(delta)) for gamma, delta in given]
+        given = [(gamma, delta) for gamma, delta in modes]
     except (TypeError, ValueError):
         raise ConfigError(f"modes: expected pairs (gamma, delta), got {modes!r}") from None
-    if not 1 <= len(pairs) <= MAX_MODES:
-        raise ConfigError(f"modes: expected 1 to {MAX_MODES}, got {len(pairs)}")
-    for j, (gamma, delta) in enumerate(pairs):
-        if not np.isfinite(gamma):
-            raise ConfigError(f"modes: expected a finite gamma, got {gamma} in mode {j}")
-        if not (np.isfinite(delta) and delta > 0):
-            raise ConfigError(f"modes: expected a finite delta > 0, got {delta} in mode {j}")
-    return pairs
+    if not 1 <= len(given) <= MAX_MODES:
+        raise ConfigError(f"modes: expected 1 to {MAX_MODES}, got {len(given)}")
+    return [
+        (checks.number(f"modes[{j}] gamma", gamma), checks.positive(f"modes[{j}] delta", delta))
+        for j, (gamma, delta) in enumerate(given)
+    ]
 
 
-def _law(name: str, law: Any) -> dict[float, float]:
+def _law(name: str, law: Any, entry: str) -> list[float]:
+    """Checked probabilities of a law; ``entry``: what one of them is called."""
     if not isinstance(law, Mapping) or not law:
         raise ConfigError(f"{name}: expected {{value: probability}}, got {law!r}")
-    checked = {
-        checks.number(name, value): checks.not_negative(f"{name} probability", p)
-        for value, p in law.items()
-    }
-    total = sum(checked.values())
-    if abs(total - 1) > 1e-9:
-        raise ConfigError(f"{name}: expected probabilities that sum to 1, got {total:.12g}")
+    checked = [checks.not_negative(entry, p) for p in law.values()]
+    if abs(sum(checked) - 1) > 1e-9:
+        raise ConfigError(
+            f"{name}: expected probabilities that sum to 1, got a sum of {sum(checked):.12g}"
+        )
     return checked
 
 
 def _transitions(name: str, value: Any, size: int) -> FloatArray:
-    """(k, M, M) whose rows are laws, or an error that says which is not."""
-    stack = checks.array(name, value, (None, size, size) if np.ndim(value) == 3 else (size, size))
-    stack = stack if stack.ndim == 3 else stack[None]
-    if size == 0 or len(stack) == 0:
-        raise ShapeError(f"{name}: expected one or more modes and steps, got {stack.shape}")
-    checked = np.empty_like(stack)
-    for k, P in enumerate(stack):
-        answer = _core.check_transition(P)
-        if isinstance(answer, tuple):
-            what, row, column, number = answer
-            where = f"{name}[{k}]" if len(stack) > 1 else name
-            if what == "negative":
-                raise ConfigError(
-                    f"{where}: expected probabilities >= 0, got {number:g} at {(row, column)}"
-                )
-            raise ConfigError(
-                f"{where}: expected rows (the mode before) that sum to 1, "
-                f"got {number:.12g} in row {row}"
-            )
-        checked[k] = answer
-    return checks.read_only(checked)
+    """(M, M) or (k, M, M), k >= 1, whose rows are laws, or an error that says which is not."""
+    given = checks.array(name, value, (size, size), (None, size, size))
+    if given.ndim == 2:
+        return _checked(name, given)
+    if len(given) == 0:
+        raise ShapeError(f"{name}: expected one or more steps, got {given.shape}")
+    return np.array([_checked(f"{name}[{k}]", P) for k, P in enumerate(given)])
+
+
+def _checked(name: str, P: FloatArray) -> FloatArray:
+    """A square matrix whose rows are laws, each scaled to sum to one exactly."""
+    answer = _core.check_transition(P)
+    if not isinstance(answer, tuple):
+        return answer
+    what, row, column, number = answer
+    if what == "negative":
+        raise ConfigError(f"{name}: expected probabilities >= 0, got {number:g} at {(row, column)}")
+    raise ConfigError(
+        f"{name}: expected rows (the mode before) that sum to 1, got {number:.12g} in row {row}"
+    )
+
+
+def _settling(name: str, value: Any, size: int) -> FloatArray:
+    """(M, M) of a chain that has one stationary law."""
+    P = _checked(name, checks.array(name, value, (size, size)))
+    if _core.stationary(P) is None:
+        raise ConfigError(f"{name}: expected one stationary law, got several of {P.tolist()}")
+    return P
 
 
 def _made(made: Any, pairs: Sequence[tuple[float, float]]) -> _core.ModeChainEngine:

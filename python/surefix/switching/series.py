@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,15 +31,12 @@ class Engine(Protocol):
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, str, int, int]: ...
 
 
-def one_length(systems: list[LinearSystem], chain: ModeChain | None) -> int | None:
-    """The number of steps that matrices and transitions are for; ShapeError if they differ."""
-    lengths = {f"system {i}": s.steps for i, s in enumerate(systems) if s.steps is not None}
-    if chain is not None and chain.steps is not None:
-        lengths["chain"] = chain.steps
-    if len(set(lengths.values())) > 1:
-        text = ", ".join(f"{name} for {steps}" for name, steps in lengths.items())
-        raise ShapeError(f"system, chain: expected one number of steps, got {text}")
-    return next(iter(lengths.values()), None)
+def one_length(systems: Sequence[LinearSystem], chain: ModeChain | None) -> int | None:
+    """The number of steps that they are for, None: any. ShapeError if they differ."""
+    one = len(systems) == 1
+    lengths = {"system" if one else f"systems[{i}]": s.steps for i, s in enumerate(systems)}
+    lengths["chain"] = None if chain is None else chain.steps
+    return checks.one_length("system, chain", lengths)
 
 
 def run(
@@ -52,14 +50,18 @@ def run(
     n: int,
     M: int,
     modes: npt.ArrayLike | None = None,
-    count: int = 0,
+    chain: ModeChain | None = None,
     likelihood: bool = True,
     states: tuple[str, ...] | None = None,
+    trouble: str = (
+        "system, z: at {where} the estimate overflows, or no mode has a density, z is {z}"
+    ),
 ) -> SwitchingResult:
-    """One call of the engine for all series; ``count``: modes that ``modes`` may name."""
+    """One call of the engine for all series; ``chain``: whose modes ``modes`` are; ``trouble``:
+    what to say where there is no estimate."""
     values, alone = _measurements(z, missing, measured, steps)
     runs, T = values.shape[:2]
-    known = None if modes is None else _modes(modes, alone, (runs, T), count)
+    known = None if modes is None else _modes(modes, alone, (runs, T), chain)
     workers = (
         max(1, min(os.cpu_count() or 1, runs * T // PER_THREAD))
         if threads is None
@@ -69,12 +71,11 @@ def run(
     if status != "ok":
         where = (step,) if alone else (run, step)
         if status == "not_finite":
+            found = "-infinity" if -np.inf in values[run, step] else "infinity"
             raise ConfigError(
-                f"z: expected finite numbers, or NaN for missing ones, got infinity at {where}"
+                f"z: expected finite numbers, or NaN for missing ones, got {found} at {where}"
             )
-        raise NumericalError(
-            f"z: at {where} the estimate overflows, or no mode has a density at {values[run, step]}"
-        )
+        raise NumericalError(trouble.format(where=where, z=values[run, step]))
     if alone:
         x, P, mode = x[0], P[0], mode[0]
     total: float | FloatArray = float(log_likelihood[0]) if alone else log_likelihood
@@ -87,42 +88,49 @@ def _measurements(
     z: npt.ArrayLike, missing: npt.ArrayLike | None, measured: int, steps: int | None
 ) -> tuple[FloatArray, bool]:
     """(runs, T, m), and whether it was one series without the axis of runs."""
-    try:
-        values = np.ascontiguousarray(z, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"z: expected numbers (steps, {measured}), got {z!r}") from None
-    shape = values.shape
     expected = f"({'steps' if steps is None else steps}, {measured})"
+    values = checks.floats("z", z, f"numbers of shape {expected}")
+    shape = values.shape
     if len(shape) not in (2, 3) or shape[-1] != measured or 0 in shape:
-        raise ShapeError(
-            f"z: expected shape {expected}, with runs in front or not, got {np.shape(z)}"
-        )
+        raise ShapeError(f"z: expected shape {expected}, with runs in front or not, got {shape}")
     if steps is not None and shape[-2] != steps:
         raise ShapeError(f"z: expected {steps} steps as system and chain have, got shape {shape}")
     if missing is not None:
-        mask = np.asarray(missing)
-        if mask.dtype != np.bool_ or mask.shape != shape:
-            raise ShapeError(
-                f"missing: expected booleans of shape {shape}, got {mask.dtype} of {mask.shape}"
-            )
-        values = np.where(mask, np.nan, values)
+        values = np.where(_of_kind("missing", missing, "b", "booleans", shape), np.nan, values)
     return (values[None], True) if len(shape) == 2 else (values, False)
 
 
 def _modes(
-    modes: npt.ArrayLike, alone: bool, shape: tuple[int, int], count: int
+    modes: npt.ArrayLike, alone: bool, shape: tuple[int, int], chain: ModeChain | None
 ) -> npt.NDArray[np.int32]:
-    wanted: Any = shape[1:] if alone else shape
-    given = np.asarray(modes)
-    if given.dtype.kind not in "iu" or given.shape != wanted:
-        raise ShapeError(
-            f"modes: expected whole numbers of shape {wanted}, got {given.dtype} of {given.shape}"
-        )
-    if given.size and not (given.min() >= 0 and given.max() < count):
+    """(runs, T)."""
+    if chain is None:
+        raise ConfigError("modes: expected none from a genie without a chain")
+    shapes = [shape[1:]] if alone else [shape[1:], shape]
+    given = _of_kind("modes", modes, "iu", "whole numbers", *shapes)
+    if not (given.min() >= 0 and given.max() < chain.size):
         raise ConfigError(
-            f"modes: expected numbers from 0 to {count - 1}, got {given.min()} to {given.max()}"
+            f"modes: expected numbers from 0 to {chain.size - 1}, "
+            f"got {given.min()} to {given.max()}"
         )
-    return np.ascontiguousarray(given.reshape(shape), dtype=np.int32)
+    lumped = [j for j, branches in enumerate(chain.branches) if len(branches) > 1]
+    if np.isin(given, lumped).any():
+        raise ConfigError(f"modes: expected modes with one delta, {lumped} are lumped")
+    return np.ascontiguousarray(np.broadcast_to(given, shape), dtype=np.int32)
+
+
+def _of_kind(
+    name: str, value: npt.ArrayLike, kinds: str, what: str, *shapes: tuple[int, ...]
+) -> npt.NDArray[Any]:
+    """An array of one of some shapes, its dtype of one of ``kinds``, in words ``what``."""
+    expected = f"{what} of shape {' or '.join(map(str, shapes))}"
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise ShapeError(f"{name}: expected {expected}, got {value!r}") from None
+    if given.dtype.kind not in kinds or given.shape not in shapes:
+        raise ShapeError(f"{name}: expected {expected}, got {given.dtype} of {given.shape}")
+    return given
 
 
 def made(engine: Any, what: str) -> _core.SwitchingEngine:

@@ -47,11 +47,12 @@ def gains(
     if nominal is None:
         C = C + np.outer(plant.x0, plant.x0)
     for k in range(steps):
-        A, p11 = np.eye(n), 0.0  # at first V = 0, and p11 means nothing
+        A, p11 = np.eye(n), 0.0  # as long as V = 0, p11 means nothing
         if k > 0:
             A = at(plant.A, k - 1)
-            if V.any():
-                p11 = conditional(chain, k + 1)[k, k - 1]
+            row = conditional(chain, k + 1)[k, :k]
+            if not np.isnan(row).all():
+                p11 = row[~np.isnan(row)][-1]  # of neighbours, unless E gamma_{k-1} = 0
             C = A @ C @ A.T + at(plant.Q, k - 1)
         H, R = at(plant.H, k), noise[k] * at(plant.R, k)
         if nominal is not None:

@@ -37,7 +37,8 @@ def system(plant: Plant) -> sf.LinearSystem:
 
 def mode_chain(chain: Chain) -> sf.ModeChain:
     """Of modes that have one delta each."""
-    return sf.ModeChain(chain.modes, chain.transition, chain.initial)
+    modes = list(zip(chain.gamma.tolist(), chain.delta.tolist(), strict=True))
+    return sf.ModeChain(modes, chain.transition, chain.initial)
 
 
 def assert_gaussians(
@@ -64,6 +65,11 @@ def assert_density(found: sf.SwitchingResult, known: float, tolerance: float = T
     assert isinstance(found.log_likelihood, float)
     scale = max(abs(known), float(found.x.size))
     assert abs(found.log_likelihood - known) <= tolerance * scale
+
+
+def probability(result: sf.SwitchingResult) -> Array:
+    assert result.mode_probability is not None
+    return result.mode_probability
 
 
 def arrays(result: sf.SwitchingResult) -> tuple[Array, ...]:

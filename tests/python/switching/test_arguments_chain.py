@@ -21,6 +21,9 @@ def rated(rates: Any, dt: Any) -> sf.ModeChain:
     return sf.ModeChain.from_rates(TWO, rates, dt)
 
 
+wrongly: Any = sf  # called with what a type checker refuses
+half: Any = 1.5
+texts: Any = ["0", "1"]
 CHAINS: dict[str, Refused] = {
     "no modes": (lambda: chain([], np.zeros((0, 0))), VALUE, "modes: expected"),
     "modes a number": (lambda: chain(3), VALUE, "modes: expected"),
@@ -32,6 +35,68 @@ CHAINS: dict[str, Refused] = {
     "delta NaN": (lambda: chain([(1, 1), (0, nan)]), VALUE, "modes.*delta.*nan"),
     "delta inf": (lambda: chain([(1, 1), (0, inf)]), VALUE, "modes.*delta.*inf"),
     "delta a text": (lambda: chain([(1, "1"), (0, 1)]), VALUE, "modes.*delta.*'1'"),
+    "gamma a text": (lambda: chain([("1", 1), (0, 1)]), VALUE, "modes.*gamma.*'1'"),
+    "a stack of no step": (
+        lambda: moved(np.zeros((0, 2, 2)), [1, 0]),
+        SHAPE,
+        r"transition: .*got \(0, 2, 2\)",
+    ),
+    "a stack of one step without a law": (lambda: moved([HALF]), VALUE, "initial: expected a law"),
+    "a stack of one step stays?": (
+        lambda: moved([HALF], [1, 0]).stationary(),
+        VALUE,
+        "stationary: ",
+    ),
+    "a stack of texts": (lambda: moved([[["1", "0"], ["0", "1"]]], [1, 0]), SHAPE, "transition: "),
+    "a stack of ragged ones": (lambda: moved([[[1.0], [0.5, 0.5]]]), SHAPE, "transition: "),
+    "initial ragged": (lambda: chain(initial=[[1.0], [0.5, 0.5]]), SHAPE, "initial: "),
+    "drawn texts": (
+        lambda: wrongly.ModeChain.independent_draws(gamma={"1": 1.0}, delta={1: 1.0}),
+        VALUE,
+        "gamma: .*'1'",
+    ),
+    "drawn with texts": (
+        lambda: wrongly.ModeChain.independent_draws(gamma={1: "1"}, delta={1: 1.0}),
+        VALUE,
+        "gamma probability: .*'1'",
+    ),
+    "joint negative": (
+        lambda: sf.ModeChain.joint_draws({(1, 1): 1.5, (0, 1): -0.5}),
+        VALUE,
+        r"^probability: .*-0\.5",
+    ),
+    "levels of texts": (
+        lambda: wrongly.ModeChain.independent_chains(["1"], I1, (1,), I1),
+        SHAPE,
+        "gamma_levels: ",
+    ),
+    "gamma's chain stays": (
+        lambda: sf.ModeChain.independent_chains((1, 0), np.eye(2), (1,), I1),
+        VALUE,
+        "gamma_transition: .*stationary",
+    ),
+    "too many pairs": (
+        lambda: sf.ModeChain.independent_chains(
+            range(9), np.full((9, 9), 1 / 9), range(1, 10), np.full((9, 9), 1 / 9)
+        ),
+        VALUE,
+        "modes: expected 1 to 64, got 81",
+    ),
+    "gamma's chain per step": (
+        lambda: sf.ModeChain.independent_chains((1, 0), [HALF], (1,), I1),
+        SHAPE,
+        r"gamma_transition: .*\(2, 2\), got \(1, 2, 2\)",
+    ),
+    "dt of no step": (lambda: rated(HALF, []), SHAPE, "dt: "),
+    "dt ragged": (lambda: rated(HALF, [0.1, [0.1]]), SHAPE, "dt: "),
+    "dt of texts": (lambda: rated(HALF, ["0.1"]), SHAPE, "dt: "),
+    "rates of texts": (lambda: rated([["0", "1"], ["1", "0"]], 0.1), SHAPE, "rates: "),
+    "lumps pieces": (
+        lambda: wrongly.ModeChain.lumped(chain(), [[0.5], [1]]),
+        VALUE,
+        r"groups: .*0\.5",
+    ),
+    "a stack of one step": (lambda: moved([HALF], [1, 0]).law(5), VALUE, "steps: .*2.*got 5"),
     "rows": (
         lambda: moved([[0.5, 0.5]]),
         SHAPE,
@@ -59,7 +124,7 @@ CHAINS: dict[str, Refused] = {
     "sum of a step": (
         lambda: moved([HALF, [[0.5, 0.4], [0.5, 0.5]]], initial=[1, 0]),
         VALUE,
-        "transition: .*sum",
+        r"transition\[1\]: .*sum",
     ),
     "negative": (
         lambda: moved([[1.5, -0.5], [0.5, 0.5]]),
@@ -88,7 +153,7 @@ CHAINS: dict[str, Refused] = {
     "drawn negative": (
         lambda: sf.ModeChain.independent_draws(gamma={1: 1.5, 0: -0.5}, delta={1: 1.0}),
         VALUE,
-        r"gamma: .*-0\.5",
+        r"gamma probability: .*-0\.5",
     ),
     "drawn delta": (
         lambda: sf.ModeChain.independent_draws(gamma={1: 1.0}, delta={0: 1.0}),
@@ -146,7 +211,7 @@ CHAINS: dict[str, Refused] = {
         "initial: expected a law",
     ),
     "law of no steps": (lambda: chain().law(0), VALUE, "steps: .*got 0"),
-    "law of half a step": (lambda: chain().law(1.5), VALUE, r"steps: .*got 1\.5"),
+    "law of half a step": (lambda: chain().law(half), VALUE, r"steps: .*got 1\.5"),
     "lumps what is seen": (
         lambda: chain([(1, 1), (1, 2)]).lumped([[0, 1]]),
         VALUE,
@@ -154,6 +219,8 @@ CHAINS: dict[str, Refused] = {
     ),
     "lumps what is there not": (lambda: chain().lumped([[0], [2]]), VALUE, "groups: .*2"),
     "lumps from the end": (lambda: chain().lumped([[0], [-1]]), VALUE, "groups: .*-1"),
+    "lumps halves": (lambda: chain().lumped([[half], [1]]), VALUE, r"groups: .*1\.5"),
+    "lumps texts": (lambda: chain().lumped(texts), VALUE, "groups: "),
     "lumps twice": (lambda: chain().lumped([[0], [1, 1]]), VALUE, "groups: "),
     "lumps in two": (lambda: chain().lumped([[0], [1], [1]]), VALUE, "groups: "),
     "lumps not all": (lambda: chain().lumped([[0]]), VALUE, "groups: "),

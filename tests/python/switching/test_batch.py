@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -15,21 +17,17 @@ from switching.plants import LEVELS, random_chain, random_plant, simulated, with
 from switching.scenes import FOUR, arrays, assert_same_bits, mode_chain, system
 
 RUNS, STEPS = 20, 15
+NAMES = ("A", "H", "Q", "R", "x0", "P0")
 PLANT = random_plant(2, 3, 2)
 CHAIN = random_chain(2, LEVELS)
 SMALL = [random_plant(1, 1, 2, states=("a",)), random_plant(2, 2, 2, states=("b", "a"))]
 Run = Callable[..., sf.SwitchingResult]
 
 
-@cache
-def modes() -> Any:
-    return np.array([simulated(PLANT, CHAIN, STEPS, s)[1] for s in range(RUNS)])
-
-
 def genie(z: Array, runs: slice = slice(None), **options: Any) -> sf.SwitchingResult:
     made = sf.GenieFilter(system(PLANT), mode_chain(CHAIN))
-    drawn = modes()[runs] if z.ndim == 3 else modes()[runs][0]
-    return made.run(z, drawn, **options)
+    drawn = simulations()[0][runs]
+    return made.run(z, drawn if z.ndim == 3 else drawn[0], **options)
 
 
 def of(filter: Any) -> Run:
@@ -66,8 +64,15 @@ FILTERS: dict[str, Callable[[], Run]] = {
 every = pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS.keys())
 
 
+@cache
+def simulations() -> Any:
+    """Modes (runs, steps) and measurements (runs, steps, m)."""
+    drawn = [simulated(PLANT, CHAIN, STEPS, seed)[1:] for seed in range(RUNS)]
+    return np.array([d[0] for d in drawn]), np.array([d[1] for d in drawn])
+
+
 def measured(kind: str) -> Array:
-    z = np.array([simulated(PLANT, CHAIN, STEPS, s)[2] for s in range(RUNS)])
+    z: Array = simulations()[1].copy()
     if "missing" in kind:  # in some runs components, in others whole measurements
         z[::3] = with_missing(z[::3], 1)
         z[1::5, 4:9] = np.nan
@@ -136,14 +141,63 @@ def test_masks_in_some_runs(make: Callable[[], Run]) -> None:
     assert_same_bits(run(np.where(half, 3.0, z), missing=half), run(z))
 
 
+@pytest.mark.parametrize("axes", [2, 3])
+def test_masked_arrays_of_numpy(axes: int) -> None:
+    """What is masked is missing, and so is what is not a number."""
+    filter = sf.IMMFilter(system(PLANT), mode_chain(CHAIN))
+    z = measured("missing") if axes == 3 else measured("missing")[1]
+    gone = np.isnan(z) & (np.arange(2) == 0)
+    assert gone.any()
+    masked = np.ma.masked_array(np.where(gone, 1e8, z), gone)
+    assert_same_bits(filter.run(masked), filter.run(z))
+    whole = np.ma.masked_array(np.ones(z.shape, int), gone)
+    assert_same_bits(filter.run(whole), filter.run(np.where(gone, np.nan, 1.0)))
+
+
+PICKLED: dict[str, Callable[[], Any]] = {
+    "one step": lambda: sf.OneStepFilter(system(PLANT), mode_chain(CHAIN)),
+    "imm": lambda: sf.IMMFilter(system(PLANT), mode_chain(FOUR).lumped_interruptions()),
+    "imm, per step": lambda: sf.IMMFilter(
+        system(random_plant(4, 3, 2, STEPS)), mode_chain(random_chain(4, LEVELS, STEPS))
+    ),
+    "imm, different sizes": lambda: different(2),
+    "genie": lambda: sf.GenieFilter(system(PLANT), mode_chain(CHAIN)),
+    "kalman": lambda: sf.GenieFilter(system(PLANT)),
+    "linear": lambda: sf.LinearOptimalFilter(
+        system(PLANT), mode_chain(CHAIN), nominal=np.linspace(0, 9, 3 * STEPS).reshape(-1, 3)
+    ),
+}
+
+
+@pytest.mark.parametrize("make", PICKLED.values(), ids=PICKLED.keys())
+def test_pickled_filter_is_the_same(make: Callable[[], Any]) -> None:
+    """Copies of it too."""
+    filter, z = make(), measured("missing and outliers")
+    for copied in (pickle.loads(pickle.dumps(filter)), copy.deepcopy(filter)):
+        assert_same_bits(copied.run(z), filter.run(z))
+
+
+@pytest.mark.parametrize("steps", [0, 2, 5])
+def test_pickled_parts_are_the_same(steps: int) -> None:
+    """Shapes, and the number of steps that they are for."""
+    made, chain = system(random_plant(1, 2, 1, steps)), mode_chain(random_chain(1, LEVELS, steps))
+    copied, followed = pickle.loads(pickle.dumps((made, chain)))
+    assert copied.steps == made.steps == followed.steps == chain.steps == (steps or None)
+    for name in NAMES:
+        assert np.array_equal(getattr(copied, name), getattr(made, name)), name
+    assert np.array_equal(followed.transition, chain.transition)
+    assert np.array_equal(followed.initial, chain.initial)
+    assert followed.modes == chain.modes
+
+
 def test_what_is_given_is_not_changed() -> None:
-    given = [np.array(a) for a in (PLANT.A, PLANT.H, PLANT.Q, PLANT.R, PLANT.x0, PLANT.P0)]
+    given: dict[str, Any] = {name: np.array(getattr(PLANT, name)) for name in NAMES}
     transition, initial = CHAIN.transition.copy(), CHAIN.initial.copy()
     nominal, z, gone = np.ones((STEPS, 3)), measured("clean"), np.zeros((RUNS, STEPS, 2), bool)
-    followed = modes().copy()
-    arguments = [*given, transition, initial, nominal, z, gone, followed]
+    followed = simulations()[0].copy()
+    arguments = [*given.values(), transition, initial, nominal, z, gone, followed]
     before = [a.copy() for a in arguments]
-    made, chain = sf.LinearSystem(*given), sf.ModeChain(CHAIN.modes, transition, initial)
+    made, chain = sf.LinearSystem(**given), sf.ModeChain(LEVELS, transition, initial)
     sf.OneStepFilter(made, chain).run(z, missing=gone)
     sf.IMMFilter(made, chain).run(z, missing=gone)
     sf.GenieFilter(made, chain).run(z, modes=followed, missing=gone)
@@ -164,8 +218,6 @@ def test_what_is_given_may_lie_in_memory_as_it_likes() -> None:
     for given in (np.asfortranarray(z), spread[::2], z[::-1].copy()[::-1], locked, z.tolist()):
         assert_same_bits(filter.run(given), known)
     assert_same_bits(filter.run(z.astype(np.int64)), known)
-    twisted = sf.LinearSystem(*(
-        np.asfortranarray(a)
-        for a in (PLANT.A, PLANT.H, PLANT.Q, PLANT.R, PLANT.x0, PLANT.P0)
-    ))  # fmt: skip
+    turned: dict[str, Any] = {name: np.asfortranarray(getattr(PLANT, name)) for name in NAMES}
+    twisted = sf.LinearSystem(**turned)
     assert_same_bits(sf.IMMFilter(twisted, mode_chain(CHAIN)).run(z), known)

@@ -71,7 +71,7 @@ def test_stationary_law_stays(seed: int) -> None:
     np.testing.assert_allclose(p @ known.transition, p, rtol=1e-13)
     assert p.sum() == pytest.approx(1.0, rel=1e-15)
     assert (p >= 0.0).all()
-    assert np.array_equal(chain.initial, p)
+    np.testing.assert_allclose(chain.initial, p, rtol=1e-15)
     assert np.array_equal(mode_chain(known).stationary(), p)
 
 
@@ -125,7 +125,7 @@ def test_law_of_every_step(seed: int) -> None:
     np.testing.assert_allclose(mode_chain(known).law(9), known.law(9), rtol=1e-13)
     same = random_chain(seed, LEVELS)
     np.testing.assert_allclose(mode_chain(same).law(30), same.law(30), rtol=1e-12)
-    assert np.array_equal(mode_chain(same).law(1), same.initial[None])
+    np.testing.assert_allclose(mode_chain(same).law(1), same.initial[None], rtol=1e-15)
 
 
 RATES = np.array([[0.0, 1e-4, 2e-5], [0.5, 0.0, 0.1], [0.02, 0.0, 0.0]])
@@ -146,6 +146,22 @@ def test_rates_become_transitions() -> None:
     one = sf.ModeChain.from_rates(LEVELS[:3], RATES, 0.1, [1.0, 0.0, 0.0])
     assert one.transition.shape == (3, 3)
     np.testing.assert_allclose(one.transition, known.transition[3], rtol=1e-12, atol=1e-15)
+
+
+def test_a_stack_of_one_transition_is_for_two_steps() -> None:
+    """However it was made; a single matrix is for any number."""
+    initial = [0.5, 0.5]
+    chains = {
+        "given": sf.ModeChain(LEVELS[:2], [GAMMA], initial),
+        "rates": sf.ModeChain.from_rates(LEVELS[:2], [[0, 1], [2, 0]], [0.1]),
+        "lumped": sf.ModeChain(LEVELS[:2], [GAMMA], initial).lumped([[0], [1]]),
+    }
+    for name, chain in chains.items():
+        assert chain.transition.shape == (1, 2, 2), name
+        assert chain.steps == 2, name
+        assert chain.law(2).shape == (2, 2), name
+    assert sf.ModeChain(LEVELS[:2], GAMMA).steps is None
+    assert sf.ModeChain.from_rates(LEVELS[:2], [[0, 1], [2, 0]], 0.1).steps is None
 
 
 @pytest.mark.parametrize("dt", [1e-12, 1e-6, 1e-2, 1.0, 1e3, 1e9])

@@ -310,6 +310,20 @@ def test_lumped_modes_have_the_mean_of_their_noise() -> None:
     assert_gaussians(found.x, found.P, x, P)
 
 
+def test_modes_that_take_turns() -> None:
+    """Every second measurement is surely interrupted. Pr(gamma_k = 1 | gamma_{k-1} = 1) is 0 / 0 at
+    the others; of all i where it is a number it is 1, Lemma 2 holds, and nothing is better: the
+    filter is the genie."""
+    plant = replace(random_plant(2, 2, 1), x0=np.zeros(2))
+    chain = Chain(((1.0, 1.0), (0.0, 1.0)), np.eye(2)[[1, 0]], np.array([1.0, 0.0]))
+    z = simulated(plant, chain, STEPS, 1)[2]
+    filter = sf.LinearOptimalFilter(system(plant), mode_chain(chain))
+    assert filter.condition(STEPS).holds
+    found = filter.run(z)
+    known = switching.genie(plant, [chain.modes[k % 2] for k in range(STEPS)], z)
+    assert_gaussians(found.x, found.P, known.x, known.P)
+
+
 def test_a_run_that_surely_starts_interrupted() -> None:
     """Pr(gamma_1 = 1 | gamma_0 = 1) is 0 / 0, and nothing depends on it: z_0 says nothing."""
     plant = random_plant(2, 2, 1)

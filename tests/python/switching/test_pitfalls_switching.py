@@ -28,6 +28,7 @@ from switching.scenes import (
     assert_equal,
     assert_gaussians,
     mode_chain,
+    probability,
     system,
 )
 
@@ -65,7 +66,7 @@ def test_static_modes_are_filters_of_their_own(outlier: float) -> None:
         known = [switching.genie(SCALAR, [m] * (k + 1), z) for m in STATIC.modes]
         evidence = np.log(STATIC.initial) + [e.log_likelihood for e in known]
         p = np.exp(evidence - np.logaddexp.reduce(evidence))
-        np.testing.assert_allclose(found.mode_probability[k], p, rtol=0.0, atol=TOLERANCE)
+        np.testing.assert_allclose(probability(found)[k], p, rtol=0.0, atol=TOLERANCE)
         x = np.array([e.x[k] for e in known])
         mean, P = switching.merged(p, x, np.array([e.P[k] for e in known]))
         assert_gaussians(found.x[k : k + 1], found.P[k : k + 1], mean[None], P[None])
@@ -91,7 +92,7 @@ def test_a_mode_that_no_double_could_hold_comes_back() -> None:
     odds = np.array(evidence[0]) - np.array(evidence[1])
     assert odds[5] < -760.0
     assert odds[-1] > 10.0
-    np.testing.assert_allclose(found.mode_probability[:, 0], expit(odds), rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(probability(found)[:, 0], expit(odds), rtol=0.0, atol=1e-9)
 
 
 @both

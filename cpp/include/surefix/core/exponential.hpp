@@ -38,13 +38,13 @@ namespace surefix {
   return result;
 }
 
-/// The same for any v that is not NaN: what is beyond ±700 counts as the limit.
+/// The same for any v ≤ 700: what is below −700 counts as that. Not for NaN.
 [[nodiscard]] SUREFIX_INLINE double exponential(double v) noexcept {
-  return exponential_in_range(smaller(greater(v, -700.0), 700.0));
+  return exponential_in_range(greater(v, -700.0));
 }
 template <int K>
 [[nodiscard]] SUREFIX_INLINE Pack<K> exponential(const Pack<K>& v) noexcept {
-  const Pack<K> limited = v.max(-700.0).min(700.0);
+  const Pack<K> limited = v.max(-700.0);
   Pack<K> result;
   const double* const from = limited.data();
   double* const to = result.data();

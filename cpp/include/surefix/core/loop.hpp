@@ -34,4 +34,23 @@ SUREFIX_INLINE void loop(int n, F&& f) noexcept {
   }
 }
 
+template <class Lane, class F, int... I>
+SUREFIX_INLINE Lane unrolled_sum(F& f, std::integer_sequence<int, I...>) noexcept {
+  return (... + f(I));
+}
+
+/// f(0) + … + f(n − 1), n ≥ 1, from the left; `N` as in `loop`. Of packs the terms may be Eigen's
+/// expressions of what lives as long as the sum: where n is small and known they are added in one
+/// pass.
+template <int N, class Lane, class F>
+[[nodiscard]] SUREFIX_INLINE Lane sum_of(int n, F&& f) noexcept {
+  if constexpr (N != Eigen::Dynamic && N <= 4) {
+    return unrolled_sum<Lane>(f, std::make_integer_sequence<int, N>{});
+  } else {
+    Lane sum = f(0);
+    for (int i = 1; i < n; ++i) sum += f(i);
+    return sum;
+  }
+}
+
 }  // namespace surefix

@@ -89,8 +89,9 @@ struct DenseRow {
   }
   template <class G>
   [[nodiscard]] SUREFIX_INLINE typename G::Vector times(const G& belief) const noexcept {
-    typename G::Vector b = belief.x;
     const int n = belief.size();
+    typename G::Vector b;
+    if constexpr (G::fixed_size == Eigen::Dynamic) b.resize(n);
     for (int i = 0; i < n; ++i) b(i) = belief.P(i, 0) * h(0);
     for (int j = 1; j < n; ++j)
       for (int i = 0; i < n; ++i) b(i) += belief.P(i, j) * h(j);

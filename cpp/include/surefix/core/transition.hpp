@@ -20,7 +20,11 @@ struct DenseTransition {
   Matrix Q;
 
   template <class V>
-  void apply(V&& v) const noexcept {
+  SUREFIX_INLINE void apply(V&& v) const noexcept {
+    if constexpr (N == 1) {
+      v(0) = F(0, 0) * v(0);
+      return;
+    }
     const int n = static_cast<int>(F.rows());
     Column<V> result(n);
     for (int i = 0; i < n; ++i) result(i) = F(i, 0) * v(0);

@@ -54,8 +54,8 @@ class AnyLinearFilter {
     std::vector<double> mean_gamma;
   };
   [[nodiscard]] bool compute(const double* z, int T, Gains& out, int& failed) const;
-  void filter(const Gains& gains, const BatchRequest& in, std::int64_t run,
-              const BatchOutput& out) const;
+  [[nodiscard]] BatchStatus filter(const Gains& gains, const BatchRequest& in, std::int64_t run,
+                                   const BatchOutput& out) const;
 
   LinearSystem system_;
   ModeChain chain_;

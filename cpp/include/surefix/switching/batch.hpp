@@ -69,6 +69,7 @@ class BankBatch {
     for (std::size_t s = 0; s < systems.size(); ++s)
       if (const auto status = systems_[s].make(systems[s]); status != ConfigStatus::ok)
         return status;
+    for (const LinearSystem& system : systems) varying_ |= system.steps() > 0;
     map_ = map;
     initial_ = chain.initial;
     const ConfigStatus status = modes_.make(chain, systems.front().measured());
@@ -161,7 +162,7 @@ class BankBatch {
       measured.read(in.z, run, lanes, in.T, first, count);
       for (int s = 0; s < count; ++s) {
         const int k = first + s;
-        for (std::size_t i = 0; i < systems; ++i) {
+        for (std::size_t i = 0; i < systems && (k < 2 || varying_); ++i) {
           if (k > 0) transitions[i] = &systems_[i].transition(k);
           observations[i] = &systems_[i].observation(k);
         }
@@ -196,6 +197,7 @@ class BankBatch {
   Eigen::VectorXd initial_;
   std::vector<std::vector<double>> p_;
   StateMap map_;
+  bool varying_ = false;  // matrices differ from step to step
 };
 
 /// The genie over whole series.
@@ -256,6 +258,9 @@ class GenieBatch {
         if (status != Status::ok) return {status, run, k};
         kept.keep(s, state.merged);
       }
+      int lane = 0;
+      const int bad = kept.first_overflow(state.merged, count, lanes, lane);
+      if (bad >= 0) return {Status::numerical, run + lane, first + bad};
       kept.x.write(out.x, run, lanes, in.T, first, count);
       kept.P.write(out.P, run, lanes, in.T, first, count);
     }

@@ -117,10 +117,10 @@ class Genie {
   [[nodiscard]] Status alone(const Transition* transition, const Observation<S>& observation,
                              const KnownMode<double>& mode, const Measured<S>& z,
                              GenieState<S, double>& state) noexcept {
-    const Completeness seen = look_at(z);
-    if (seen.infinite) return Status::not_finite;
-    bool good = false;
-    if (!seen.missing) {
+    bool complete = true, good = false;
+    loop<S::m>(static_cast<int>(z.size()), [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
+    if (!complete && is_infinite(z)) return Status::not_finite;
+    if (complete) {
       good = take_genie_step(transition, observation, mode, z, state);
     } else if (reduced_.reduce(observation, z, present_)) {
       good = take_genie_step(transition, reduced_, mode, present_, state);

@@ -10,8 +10,8 @@
 
 namespace surefix::switching {
 
-/// Of every mode: density = factor · e^exponent, but for (2π)^{-m/2}; for modes of several branches
-/// the exponent is that of the one which is greatest.
+/// Of every mode: density = factor · e^exponent, but for (2π)^{-m/2}; of a lumped one the exponent
+/// of its greatest δ.
 template <class S, class Lane>
 struct Likelihood {
   Bank<Lane, S::M> exponent{};
@@ -29,7 +29,8 @@ template <bool in_logs, class G, class O, class Z, class Lane>
 [[nodiscard]] SUREFIX_INLINE bool read(G& belief, const Observation<O>& observation, const Z& z,
                                        double gamma, double delta, Lane& exponent,
                                        Lane& factor) noexcept {
-  Lane squares = Lanes<Lane>::all(0.0), inverses = Lanes<Lane>::all(in_logs ? 0.0 : 1.0);
+  exponent = Lanes<Lane>::all(0.0);
+  factor = Lanes<Lane>::all(in_logs ? 0.0 : 1.0);
   bool good = true;
   loop<O::m>(observation.size(), [&](int i) SUREFIX_LAMBDA {
     if (!good) return;
@@ -39,19 +40,13 @@ template <bool in_logs, class G, class O, class Z, class Lane>
     Innovation<G> brought;
     good = update(belief, row, observation.variance(i) * delta, innovation, brought);
     if (!good) return;
-    squares += innovation * (innovation * brought.inverse);
+    exponent -= (0.5 * innovation) * (innovation * brought.inverse);
     if constexpr (in_logs) {
-      inverses += std::log(brought.inverse);
+      factor += 0.5 * std::log(brought.inverse);
     } else {
-      inverses *= brought.inverse;
+      factor *= square_root(brought.inverse);
     }
   });
-  exponent = -0.5 * squares;
-  if constexpr (in_logs) {
-    factor = 0.5 * inverses;
-  } else {
-    factor = square_root(inverses);
-  }
   return good;
 }
 
@@ -64,12 +59,12 @@ SUREFIX_INLINE void square_of_noise(const Observation<O>& observation, const Z& 
              [&](int i) SUREFIX_LAMBDA { out += z(i) * (z(i) * observation.precision(i)); });
 }
 
-/// Density of the noise alone, z ~ N(0, δ R), mixed over a mode's branches, relative to e^shift.
+/// Density of the noise alone, z ~ N(0, δ R), mixed over a lumped mode's branches, relative to
+/// e^shift.
 template <class S, class O, class Lane>
-[[nodiscard]] SUREFIX_INLINE Lane density_of_noise(const ModeTable<S>& modes, int mode,
-                                                   const Observation<O>& observation,
-                                                   const Lane& squares,
-                                                   const Lane& shift) noexcept {
+[[nodiscard]] SUREFIX_INLINE Lane lumped_density(const ModeTable<S>& modes, int mode,
+                                                 const Observation<O>& observation,
+                                                 const Lane& squares, const Lane& shift) noexcept {
   Lane sum = Lanes<Lane>::all(0.0);
   for (int b = modes.first(mode); b < modes.end(mode); ++b) {
     const Lane exponent = squares * (-0.5 / modes.branch(b).delta) - shift;
@@ -79,7 +74,8 @@ template <class S, class O, class Lane>
   return sum;
 }
 
-/// Its logarithm, for one series whose measurement has the precisions of `observation`.
+/// The logarithm of the density of the noise alone, for one series whose measurement has the
+/// precisions of `observation`.
 template <class S, class O>
 [[nodiscard]] double log_density_of_noise(const ModeTable<S>& modes, int mode, double squares,
                                           const Observation<O>& observation) noexcept {

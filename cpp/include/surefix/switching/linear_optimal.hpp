@@ -42,18 +42,20 @@ class LinearRecursion {
   [[nodiscard]] Eigen::MatrixXd error() const;
   /// The same if it is optimal: C − V.
   [[nodiscard]] Eigen::MatrixXd error_if_optimal() const { return C_ - V_; }
-  /// Pr(γ_k = 1 | γ_{k−1} = 1) of the last step; 0 before the second.
+  /// Pr(γ_k = 1 | γ_i = 1) of the last step k, i the last one before it with E γ_i ≠ 0; 0 where
+  /// there is none.
   [[nodiscard]] double p11() const noexcept { return p11_; }
   [[nodiscard]] double mean_gamma() const noexcept { return mean_gamma_; }
 
  private:
   ModeChain chain_;
   Eigen::VectorXd law_;    // of the mode, in the last step
+  Eigen::VectorXd seen_;   // the same given γ_i
   Eigen::MatrixXd C_, V_;  // E x xᵀ, E x̂ x̂ᵀ as the recursion (23d, e) has them
   // For every mode j, with 1_j where it is the mode: E x xᵀ1_j, E x̂ xᵀ1_j, E x̂ x̂ᵀ1_j, E x̂ 1_j.
   std::vector<Eigen::MatrixXd> xx_, ex_, ee_;
   std::vector<Eigen::VectorXd> e_;
-  bool first_ = true, nominal_;
+  bool nominal_;
   double p11_ = 0.0, mean_gamma_ = 0.0;
 };
 

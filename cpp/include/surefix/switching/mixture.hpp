@@ -21,6 +21,17 @@ struct SameStates {
   }
 };
 
+/// A term of a sum: as it is where the states are the bank's own, so that it may be added in one
+/// pass; else its value, because the states that it was made of are gone.
+template <int N, class Lane, class Expression>
+[[nodiscard]] SUREFIX_INLINE auto term(const Expression& expression) noexcept {
+  if constexpr (N == Eigen::Dynamic) {
+    return Lane(expression);
+  } else {
+    return expression;
+  }
+}
+
 /// `out`, of the right size, ← mean and covariance of M Gaussians with weights weight(i) that sum
 /// to one.
 template <int M, class Source, class Weight, class G>
@@ -29,21 +40,16 @@ SUREFIX_INLINE void mix(const Source& source, int count, Weight&& weight, G& out
   using Lane = typename G::Scalar;
   const int n = out.size();
   loop<N>(n, [&](int a) SUREFIX_LAMBDA {
-    Lane x = weight(0) * source.x(0, a);
-    loop<M>(count, [&](int i) SUREFIX_LAMBDA {
-      if (i > 0) x += weight(i) * source.x(i, a);
-    });
-    out.x(a) = x;
+    out.x(a) = sum_of<M, Lane>(
+        count, [&](int i) SUREFIX_LAMBDA { return term<N, Lane>(weight(i) * source.x(i, a)); });
   });
   loop<N>(n, [&](int b) SUREFIX_LAMBDA {
     loop<N>(n, [&](int a) SUREFIX_LAMBDA {
       if (a > b) return;
-      Lane P = Lanes<Lane>::all(0.0);
-      loop<M>(count, [&](int i) SUREFIX_LAMBDA {
-        const Lane spread = (source.x(i, a) - out.x(a)) * (source.x(i, b) - out.x(b));
-        P += weight(i) * (source.P(i, a, b) + spread);
+      out.P(a, b) = sum_of<M, Lane>(count, [&](int i) SUREFIX_LAMBDA {
+        return term<N, Lane>(weight(i) * (source.P(i, a, b) + (source.x(i, a) - out.x(a)) *
+                                                                  (source.x(i, b) - out.x(b))));
       });
-      out.P(a, b) = P;
     });
   });
   mirror(out.P);

@@ -39,17 +39,12 @@ template <class S, class Lane>
 SUREFIX_INLINE void predict(const ModeLaw<S, Lane>& law, const double* p, int M,
                             ModePrior<S, Lane>& out) noexcept {
   loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
-    Lane sum = law.mode[0] * p[j];
-    out.share[at(j)] = sum;
+    out.prior[at(j)] =
+        sum_of<S::M, Lane>(M, [&](int i) SUREFIX_LAMBDA { return law.mode[at(i)] * p[i * M + j]; });
+    const Lane inverse = 1.0 / (out.prior[at(j)] + 1e-300);  // a mode that cannot be has no shares
     loop<S::M>(M, [&](int i) SUREFIX_LAMBDA {
-      if (i == 0) return;
-      const Lane joint = law.mode[at(i)] * p[i * M + j];
-      out.share[at(i * M + j)] = joint;
-      sum += joint;
+      out.share[at(i * M + j)] = (law.mode[at(i)] * p[i * M + j]) * inverse;
     });
-    out.prior[at(j)] = sum;
-    const Lane inverse = 1.0 / (sum + 1e-300);  // a mode that cannot be has no shares
-    loop<S::M>(M, [&](int i) SUREFIX_LAMBDA { out.share[at(i * M + j)] *= inverse; });
   });
 }
 

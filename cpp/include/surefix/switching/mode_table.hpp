@@ -21,13 +21,17 @@ class ModeTable {
     if (M == 0 || (S::M != Eigen::Dynamic && M != S::M)) return ConfigStatus::wrong_size;
     resize(gamma_, M);
     resize(first_, M);
-    resize(possible_, M);
+    resize(impossible_, M);
     resize(greatest_, M);
+    resize(reads_, M);
+    resize(fall_, M);
     branches_.clear();
     factors_.clear();
     for (int j = 0; j < M; ++j) {
       gamma_[at(j)] = chain.gamma[at(j)];
-      possible_[at(j)] = chain.initial(j) > 0.0 || (chain.transition.col(j).array() > 0.0).any();
+      reads_[at(j)] = chain.gamma[at(j)] != 0.0 ? 1 : 0;
+      const bool enters = chain.initial(j) > 0.0 || (chain.transition.col(j).array() > 0.0).any();
+      impossible_[at(j)] = enters ? 0.0 : 1.0;
       first_[at(j)] = static_cast<int>(branches_.size());
       greatest_[at(j)] = 0.0;
       for (const Branch& b : chain.branches[at(j)]) {
@@ -36,6 +40,7 @@ class ModeTable {
         for (int m = 0; m <= measured; ++m)
           factors_.push_back(b.share * std::pow(b.delta, -0.5 * m));
       }
+      fall_[at(j)] = -0.5 / greatest_[at(j)];
     }
     stride_ = measured + 1;
     end_ = static_cast<int>(branches_.size());
@@ -48,10 +53,17 @@ class ModeTable {
   [[nodiscard]] double delta(int mode) const noexcept { return greatest_[at(mode)]; }
   /// The greatest δ of a mode's branches.
   [[nodiscard]] double greatest(int mode) const noexcept { return greatest_[at(mode)]; }
-  /// False for a mode that the chain never enters.
-  [[nodiscard]] bool possible(int mode) const noexcept { return possible_[at(mode)]; }
+  /// γ ≠ 0: the measurement depends on the state.
+  [[nodiscard]] bool reads(int mode) const noexcept { return reads_[at(mode)] != 0; }
+  /// −½ / δ, of the greatest δ.
+  [[nodiscard]] double fall(int mode) const noexcept { return fall_[at(mode)]; }
+  /// 1 for a mode that the chain never enters, else 0.
+  [[nodiscard]] double impossible(int mode) const noexcept { return impossible_[at(mode)]; }
   /// The chain has other transitions, too, in which the mode may be entered.
-  void allow(int mode) noexcept { possible_[at(mode)] = true; }
+  void allow(int mode) noexcept { impossible_[at(mode)] = 0.0; }
+  /// Whether several δ share a mode.
+  [[nodiscard]] bool lumped(int mode) const noexcept { return end(mode) - first(mode) > 1; }
+  [[nodiscard]] bool any_lumped() const noexcept { return end_ > size(); }
   [[nodiscard]] int first(int mode) const noexcept { return first_[at(mode)]; }
   [[nodiscard]] int end(int mode) const noexcept {
     return mode + 1 < size() ? first_[at(mode + 1)] : end_;
@@ -63,8 +75,8 @@ class ModeTable {
  private:
   Bank<double, S::M> gamma_{};
   Bank<int, S::M> first_{};
-  Bank<bool, S::M> possible_{};
-  Bank<double, S::M> greatest_{};
+  Bank<char, S::M> reads_{};
+  Bank<double, S::M> impossible_{}, greatest_{}, fall_{};
   std::vector<Branch> branches_;
   std::vector<double> factors_;
   int end_ = 0, stride_ = 0;

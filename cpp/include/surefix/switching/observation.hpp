@@ -10,26 +10,21 @@
 
 namespace surefix::switching {
 
-/// Whether components of z are missing (NaN), or are infinite.
-struct Completeness {
-  bool missing = false, infinite = false;
-};
-
+/// Whether a component is infinite, which a missing one (NaN) is not.
 template <class Z>
-[[nodiscard]] Completeness look_at(const Z& z) noexcept {
-  Completeness out;
-  for (int i = 0; i < static_cast<int>(z.size()); ++i) {
-    out.missing |= std::isnan(z(i));
-    out.infinite |= std::isinf(z(i));
-  }
-  return out;
+[[nodiscard]] bool is_infinite(const Z& z) noexcept {
+  for (int i = 0; i < static_cast<int>(z.size()); ++i)
+    if (std::isinf(z(i))) return true;
+  return false;
 }
 
 /// H (m × n) and R (m × m, positive definite) of one step.
 template <class S>
 class Observation {
  public:
-  using Rows = Eigen::Matrix<double, S::m, S::n, 0, S::max_m, S::max_n>;
+  // Eigen wants a matrix of one row to be stored by rows.
+  static constexpr int order = S::max_m == 1 && S::max_n != 1 ? Eigen::RowMajor : Eigen::ColMajor;
+  using Rows = Eigen::Matrix<double, S::m, S::n, order, S::max_m, S::max_n>;
   using Noise = Eigen::Matrix<double, S::m, S::m, 0, S::max_m, S::max_m>;
   using Row = typename Belief<S>::Vector;
 

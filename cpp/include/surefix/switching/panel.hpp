@@ -48,6 +48,15 @@ class Panel {
     }
   }
 
+  /// The first of `count` steps in which a lane is not finite, and that lane; −1 if all are.
+  [[nodiscard]] int first_not_finite(int count, int lanes, int& lane) const noexcept {
+    for (int i = 0; i < count * entries_; ++i)
+      for (lane = 0; lane < lanes; ++lane)
+        if (!finite(Lanes<Lane>::get(data_[static_cast<std::size_t>(i)], lane)))
+          return i / entries_;
+    return -1;
+  }
+
  private:
   int entries_;
   std::vector<Lane> data_;
@@ -68,6 +77,16 @@ struct Estimates {
       x(s, a) = belief.x(a);
       loop<N>(n, [&](int b) SUREFIX_LAMBDA { P(s, a * n + b) = belief.P(a, b); });
     });
+  }
+
+  /// The first of `count` steps that is not finite, and its lane; −1 if there is none, which the
+  /// last one shows: what is infinite once never becomes finite again.
+  template <class G>
+  [[nodiscard]] int first_overflow(const G& last, int count, int lanes, int& lane) const noexcept {
+    bool good = true;
+    for (int i = 0; i < last.size(); ++i) good &= finite(last.x(i)) && finite(last.P(i, i));
+    const int step = good ? -1 : x.first_not_finite(count, lanes, lane);
+    return good || step >= 0 ? step : P.first_not_finite(count, lanes, lane);
   }
 };
 

@@ -26,6 +26,8 @@ class Recursion {
   }
 
   [[nodiscard]] const ModeTable<S>& modes() const noexcept { return modes_; }
+  /// There are transitions in which the mode may be entered.
+  void allow(int mode) noexcept { modes_.allow(mode); }
 
   /// A step of one series; NaN in z are missing components. `to` is not to be read if it fails:
   /// not_finite, if z is infinite; numerical, if the prediction overflows or no mode has a density
@@ -33,9 +35,10 @@ class Recursion {
   [[nodiscard]] Status alone(const Step<S>& step, const Observation<S>* const* observation,
                              const Measured<S>& z, const State<S, double>& from,
                              State<S, double>& to) noexcept {
-    const Completeness seen = look_at(z);
-    if (seen.infinite) return Status::not_finite;
-    if (!seen.missing) return one(step, observation, z, from, to);
+    bool complete = true;
+    loop<S::m>(static_cast<int>(z.size()), [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
+    if (complete) return one(step, observation, z, from, to);
+    if (is_infinite(z)) return Status::not_finite;
     for (std::size_t s = 0; s < reduced_.size(); ++s) {
       if (!reduced_[s].reduce(*observation[s], z, present_)) return Status::numerical;
       reduced_pointers_[s] = &reduced_[s];

@@ -13,6 +13,14 @@ struct Evidence {
   Lane log_sum = Lanes<Lane>::all(0.0);
   Lane count = Lanes<Lane>::all(0.0);  // scalar measurements
 
+  /// What was known before, and the densities factor · e^exponent of `measured` scalars.
+  SUREFIX_INLINE void follow(const Evidence& before, const Lane& factor, const Lane& exponent,
+                             int measured) noexcept {
+    product = before.product;
+    product.multiply(factor);
+    log_sum = before.log_sum + exponent;
+    count = before.count + static_cast<double>(measured);
+  }
   [[nodiscard]] double log_likelihood(int lane) const noexcept {
     constexpr double half_log_2pi = 0.91893853320467274178;
     return Lanes<Lane>::get(log_sum, lane) + product.log(lane) -

@@ -34,6 +34,7 @@ struct MappedStates {
   const StateMap& map;
   const std::vector<int>& wanted;
 
+  // By value: `mix` makes the terms of its sums numbers where there may be such sources.
   [[nodiscard]] Lane x(int i, int a) const noexcept {
     const int number = wanted[at(a)], own = map.find(i, number);
     return own >= 0 ? Lane(bank[at(i)].x(own)) : Lanes<Lane>::all(map.mean[at(number)]);

@@ -141,9 +141,11 @@ template <bool in_logs, class S, class O, class Lane>
       white = z;
       own.whiten(white);
     }
-    if (modes.gamma(j) == 0.0) {
+    if (!modes.reads(j)) {
       square_of_noise(own, white, out.noise[at(j)]);
-      out.exponent[at(j)] = out.noise[at(j)] * (-0.5 / modes.greatest(j));
+      out.exponent[at(j)] = out.noise[at(j)] * modes.fall(j);
+      const double density = modes.factor(modes.first(j), own.size()) * own.density();
+      out.factor[at(j)] = Lanes<Lane>::all(density);
     } else {
       good &= read<in_logs>(to.bank[at(j)], own, white, modes.gamma(j), modes.delta(j),
                             out.exponent[at(j)], out.factor[at(j)]);
@@ -165,32 +167,31 @@ SUREFIX_INLINE std::uint32_t take_step(const Step<S>& step,
   if (!read_all<false>(step, observation, modes, z, to, found)) return ~std::uint32_t{0};
 
   Lane shift = found.exponent[0], lowest = found.exponent[0];
-  Lane least_prior = Lanes<Lane>::all(1.0), total = Lanes<Lane>::all(0.0);
+  Lane least_prior = Lanes<Lane>::all(1.0);
   loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
     shift = greater(shift, found.exponent[at(j)]);
     lowest = smaller(lowest, found.exponent[at(j)]);
-    if (modes.possible(j)) least_prior = smaller(least_prior, room.before.prior[at(j)]);
+    const Lane prior = room.before.prior[at(j)] + modes.impossible(j);
+    least_prior = smaller(least_prior, prior);
   });
   loop<S::M>(M, [&](int j) SUREFIX_LAMBDA {
-    Lane density;
-    if (modes.gamma(j) == 0.0) {
-      density = density_of_noise(modes, j, *observation[step.system(j)], found.noise[at(j)], shift);
-    } else {
-      const Lane relative = found.exponent[at(j)] - shift;
-      density = found.factor[at(j)] * exponential(relative);
-    }
-    to.law.mode[at(j)] = room.before.prior[at(j)] * density;  // (8)
-    total += to.law.mode[at(j)];
+    const Lane relative = found.exponent[at(j)] - shift;
+    to.law.mode[at(j)] = room.before.prior[at(j)] * (found.factor[at(j)] * exponential(relative));
   });
+  if (modes.any_lumped())
+    for (int j = 0; j < M; ++j)
+      if (modes.lumped(j))
+        to.law.mode[at(j)] =
+            room.before.prior[at(j)] *
+            lumped_density(modes, j, *observation[step.system(j)], found.noise[at(j)], shift);
+  const Lane total = sum_of<S::M, Lane>(  // (8)
+      M, [&](int j) SUREFIX_LAMBDA -> const Lane& { return to.law.mode[at(j)]; });
   const Lane inverse = 1.0 / total;
   loop<S::M>(M, [&](int j) SUREFIX_LAMBDA { to.law.mode[at(j)] *= inverse; });
   to.law.deep = Lanes<Lane>::all(0.0);
   merge(step, to, M);
 
-  to.evidence = from.evidence;
-  to.evidence.product.multiply(total);
-  to.evidence.log_sum += shift;
-  to.evidence.count += static_cast<double>(z.size());
+  to.evidence.follow(from.evidence, total, shift, static_cast<int>(z.size()));
   const Lane fall = lowest - shift;
   return unusual(fall, least_prior, total);
 }
@@ -207,10 +208,9 @@ template <Method method, class S, class O>
   Likelihood<S, double>& found = room.likelihood;
   if (!read_all<true>(step, observation, modes, z, to, found)) return false;
   for (int j = 0; j < M; ++j) {
-    const double log_density =
-        modes.gamma(j) == 0.0
-            ? log_density_of_noise(modes, j, found.noise[at(j)], *observation[step.system(j)])
-            : found.exponent[at(j)] + found.factor[at(j)];
+    const double log_density = !modes.reads(j) ? log_density_of_noise(modes, j, found.noise[at(j)],
+                                                                      *observation[step.system(j)])
+                                               : found.exponent[at(j)] + found.factor[at(j)];
     to.law.log_mode[at(j)] = room.before.log_prior[at(j)] + log_density;
   }
   const double evidence = log_sum(to.law.log_mode, M);
@@ -224,9 +224,7 @@ template <Method method, class S, class O>
       to.law.deep = 1.0;
   }
   merge(step, to, M);
-  to.evidence = from.evidence;
-  to.evidence.log_sum += evidence;
-  to.evidence.count += static_cast<double>(z.size());
+  to.evidence.follow(from.evidence, 1.0, evidence, static_cast<int>(z.size()));
   return true;
 }
 
