@@ -19,6 +19,7 @@ import numpy as np
 
 import hypotheses
 import surefix as sf
+import switching_filters
 import w1
 import w1_peers
 
@@ -127,8 +128,11 @@ def main() -> None:
         print(f"not installed: {', '.join(missing)}")
     robust = hypotheses.measure(ROOT / "build" / "bench")
     hypotheses.show(robust)
+    switching = switching_filters.measure(ROOT / "build" / "bench", arguments.repeats)
+    switching_filters.show(switching)
     report: dict[str, Any] = {
         "count": arguments.count, "w1": table, "import": imports, "hypotheses": robust,
+        "switching": switching,
     }  # fmt: skip
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     arguments.json.write_text(json.dumps(report, indent=2) + "\n")

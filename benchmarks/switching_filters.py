@@ -107,7 +107,8 @@ def _both(result: sf.SwitchingResult) -> tuple[Floats, Floats]:
 
 def _compiled(build: Path) -> ctypes.CDLL:
     build.mkdir(parents=True, exist_ok=True)
-    source, library = Path(__file__).with_name("switching_filters.cpp"), build / "switching_filters.so"
+    source = Path(__file__).with_suffix(".cpp")
+    library = build / "switching_filters.so"
     flags = ["-std=c++17", "-O3", "-ffp-contract=off", "-shared", "-fPIC"]
     subprocess.run(["g++", *flags, str(source), "-o", str(library)], check=True)
     functions = ctypes.CDLL(str(library))

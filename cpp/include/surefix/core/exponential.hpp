@@ -14,7 +14,8 @@
 
 namespace surefix {
 
-/// e^v to one unit in the last place, −700 ≤ v ≤ 700.
+/// e^v, −700 ≤ v ≤ 700, to 1.1 units in the last place: half of one for the last sum, a quarter
+/// each for r and for the sum before, which double where e^r < 1.
 [[nodiscard]] SUREFIX_INLINE double exponential_in_range(double v) noexcept {
   constexpr double log2_e = 1.4426950408889634, whole = 6755399441055744.0;  // 1.5 · 2^52
   constexpr double log_2_high = 0.6931471803691238;  // 32 bits: k times it is exact

@@ -8,10 +8,11 @@
 
 namespace surefix {
 
-/// F (n × n) and Q (n × n, symmetric) of one duration.
-template <int N, int MaxN = N>
+/// F (n × n) and Q (n × n, symmetric) of one duration; `StoredN`: room for them in it, or
+/// Eigen::Dynamic for room on the heap, as large as they are.
+template <int N, int MaxN = N, int StoredN = MaxN>
 struct DenseTransition {
-  using Matrix = typename Gaussian<N, double, MaxN>::Matrix;
+  using Matrix = typename Gaussian<N, double, StoredN>::Matrix;
   /// As many components of V's scalar, a double or a pack.
   template <class V>
   using Column = typename Gaussian<N, typename std::decay_t<V>::Scalar, MaxN>::Vector;
@@ -20,7 +21,7 @@ struct DenseTransition {
   Matrix Q;
 
   template <class V>
-  SUREFIX_INLINE void apply(V&& v) const noexcept {
+  void apply(V&& v) const noexcept {
     if constexpr (N == 1) {
       v(0) = F(0, 0) * v(0);
       return;

@@ -7,7 +7,6 @@
 #include "surefix/core/predict.hpp"
 #include "surefix/core/scaled_product.hpp"
 #include "surefix/core/status.hpp"
-#include "surefix/core/transition.hpp"
 #include "surefix/core/update.hpp"
 #include "surefix/switching/observation.hpp"
 #include "surefix/switching/state.hpp"
@@ -60,8 +59,13 @@ template <class S, class O, class Lane, class Factor>
   loop<O::m>(observation.size(), [&](int i) SUREFIX_LAMBDA {
     if (!good) return;
     const auto h = observation.row(i, 1.0);
-    Row scaled(h.size());
-    loop<S::n>(static_cast<int>(h.size()), [&](int j) SUREFIX_LAMBDA { scaled(j) = gamma * h(j); });
+    const int n = static_cast<int>(h.size());
+    Row scaled;
+    if constexpr (S::n == Eigen::Dynamic) scaled.resize(n);
+    scaled(0) = gamma * h(0);
+    loop<S::n>(n, [&](int j) SUREFIX_LAMBDA {
+      if (j > 0) scaled(j) = gamma * h(j);
+    });
     const DenseRow<Row> row{scaled};
     const Factor r = observation.variance(i) * delta;
     const Lane innovation = z(i) - row.dot(state.merged.x);
@@ -91,7 +95,7 @@ SUREFIX_INLINE void keep_unread(const Lane& gamma, const Belief<S, Lane>& before
 /// A step of series whose measurements are complete; `transition` is null in the first one. False
 /// if an innovation's variance is not positive.
 template <class S, class O, class Lane>
-[[nodiscard]] SUREFIX_INLINE bool take_genie_step(const DenseTransition<S::n, S::max_n>* transition,
+[[nodiscard]] SUREFIX_INLINE bool take_genie_step(const Transition<S>* transition,
                                                   const Observation<O>& observation,
                                                   const KnownMode<Lane>& mode, Measured<O, Lane> z,
                                                   GenieState<S, Lane>& state) noexcept {
@@ -111,10 +115,8 @@ template <class S, class O, class Lane>
 template <class S>
 class Genie {
  public:
-  using Transition = DenseTransition<S::n, S::max_n>;
-
   /// NaN in z are missing components.
-  [[nodiscard]] Status alone(const Transition* transition, const Observation<S>& observation,
+  [[nodiscard]] Status alone(const Transition<S>* transition, const Observation<S>& observation,
                              const KnownMode<double>& mode, const Measured<S>& z,
                              GenieState<S, double>& state) noexcept {
     bool complete = true, good = false;
@@ -130,7 +132,7 @@ class Genie {
 
   /// A step of K series; `failed` is the lane in which it fails.
   template <int K>
-  [[nodiscard]] SUREFIX_INLINE Status together(const Transition* transition,
+  [[nodiscard]] SUREFIX_INLINE Status together(const Transition<S>* transition,
                                                const Observation<S>& observation,
                                                const KnownMode<Pack<K>>& mode,
                                                const Measured<S, Pack<K>>& z,
@@ -145,7 +147,7 @@ class Genie {
 
  private:
   template <int K>
-  [[nodiscard]] Status around_missing(const Transition* transition,
+  [[nodiscard]] Status around_missing(const Transition<S>* transition,
                                       const Observation<S>& observation,
                                       const KnownMode<Pack<K>>& mode, const Measured<S, Pack<K>>& z,
                                       GenieState<S, Pack<K>>& state, int& failed) noexcept {

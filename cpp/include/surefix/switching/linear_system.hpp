@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "surefix/core/covariance.hpp"
-#include "surefix/core/transition.hpp"
 #include "surefix/switching/observation.hpp"
 
 namespace surefix::switching {
@@ -43,8 +42,6 @@ template <class T>
 template <class S>
 class PreparedSystem {
  public:
-  using Transition = DenseTransition<S::n, S::max_n>;
-
   /// Checks sizes and matrices; `system` has matrices that fit each other in number.
   [[nodiscard]] ConfigStatus make(const LinearSystem& system) {
     const int n = system.size(), m = system.measured();
@@ -72,7 +69,7 @@ class PreparedSystem {
   }
 
   /// From measurement k − 1 to k, k ≥ 1.
-  [[nodiscard]] const Transition& transition(int k) const noexcept {
+  [[nodiscard]] const Transition<S>& transition(int k) const noexcept {
     return of_step(transitions_, k - 1);
   }
   [[nodiscard]] const Observation<S>& observation(int k) const noexcept {
@@ -87,7 +84,7 @@ class PreparedSystem {
     return size > 0 && (fixed == Eigen::Dynamic ? size <= most : size == fixed);
   }
 
-  std::vector<Transition> transitions_;
+  std::vector<Transition<S>> transitions_;
   std::vector<Observation<S>> observations_;
   Belief<S> initial_;
 };

@@ -23,9 +23,10 @@ template <class S>
 class Observation {
  public:
   // Eigen wants a matrix of one row to be stored by rows.
-  static constexpr int order = S::max_m == 1 && S::max_n != 1 ? Eigen::RowMajor : Eigen::ColMajor;
-  using Rows = Eigen::Matrix<double, S::m, S::n, order, S::max_m, S::max_n>;
-  using Noise = Eigen::Matrix<double, S::m, S::m, 0, S::max_m, S::max_m>;
+  static constexpr int order =
+      S::stored_m == 1 && S::stored_n != 1 ? Eigen::RowMajor : Eigen::ColMajor;
+  using Rows = Eigen::Matrix<double, S::m, S::n, order, S::stored_m, S::stored_n>;
+  using Noise = Eigen::Matrix<double, S::m, S::m, 0, S::stored_m, S::stored_m>;
   using Row = typename Belief<S>::Vector;
 
   [[nodiscard]] ConfigStatus make(const Rows& H, const Noise& R) noexcept {
@@ -46,9 +47,13 @@ class Observation {
 
   /// Row i for a mode with this γ.
   [[nodiscard]] SUREFIX_INLINE Row row(int i, double gamma) const noexcept {
-    Row h(rows_.cols());
-    loop<S::n>(static_cast<int>(rows_.cols()),
-               [&](int j) SUREFIX_LAMBDA { h(j) = gamma * rows_(i, j); });
+    const int n = static_cast<int>(rows_.cols());
+    Row h;
+    if constexpr (S::n == Eigen::Dynamic) h.resize(n);
+    h(0) = gamma * rows_(i, 0);  // there is one, which GCC does not know
+    loop<S::n>(n, [&](int j) SUREFIX_LAMBDA {
+      if (j > 0) h(j) = gamma * rows_(i, j);
+    });
     return h;
   }
 

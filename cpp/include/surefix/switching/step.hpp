@@ -7,16 +7,12 @@
 
 #include "surefix/core/predict.hpp"
 #include "surefix/core/status.hpp"
-#include "surefix/core/transition.hpp"
 #include "surefix/switching/likelihood.hpp"
 #include "surefix/switching/mixture.hpp"
 #include "surefix/switching/state.hpp"
 #include "surefix/switching/state_map.hpp"
 
 namespace surefix::switching {
-
-template <class S>
-using Transition = DenseTransition<S::n, S::max_n>;
 
 /// What a mode starts a step from.
 enum class Method : std::uint8_t {
