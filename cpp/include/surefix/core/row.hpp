@@ -22,6 +22,7 @@ struct ComponentRow {
   }
   template <class G>
   [[nodiscard]] SUREFIX_INLINE typename G::Vector times(const G& belief) const noexcept {
+    if constexpr (G::fixed_size == 1) return belief.P;
     typename G::Vector b = belief.x;  // the size; every entry is overwritten
     loop<G::fixed_size>(belief.size(), [&](int i) SUREFIX_LAMBDA { b(i) = belief.P(i, I); });
     return b;

@@ -21,17 +21,12 @@ struct DenseTransition {
   Matrix Q;
 
   template <class V>
-  void apply(V&& v) const noexcept {
+  SUREFIX_INLINE void apply(V&& v) const noexcept {
     if constexpr (N == 1) {
       v(0) = F(0, 0) * v(0);
-      return;
+    } else {
+      multiply(v);
     }
-    const int n = static_cast<int>(F.rows());
-    Column<V> result(n);
-    for (int i = 0; i < n; ++i) result(i) = F(i, 0) * v(0);
-    for (int j = 1; j < n; ++j)
-      for (int i = 0; i < n; ++i) result(i) += F(i, j) * v(j);
-    for (int i = 0; i < n; ++i) v(i) = result(i);
   }
 
   template <class V>
@@ -50,6 +45,17 @@ struct DenseTransition {
     const int n = static_cast<int>(Q.rows());
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) P(i, j) += Q(i, j);
+  }
+
+ private:
+  template <class V>
+  void multiply(V& v) const noexcept {
+    const int n = static_cast<int>(F.rows());
+    Column<V> result(n);
+    for (int i = 0; i < n; ++i) result(i) = F(i, 0) * v(0);
+    for (int j = 1; j < n; ++j)
+      for (int i = 0; i < n; ++i) result(i) += F(i, j) * v(j);
+    for (int i = 0; i < n; ++i) v(i) = result(i);
   }
 };
 

@@ -52,8 +52,9 @@ SUREFIX_INLINE void correct(G& belief, const Row& h, const typename G::Vector& k
 /// The covariance is M = P − b bᵀ/S, b = P hᵀ, corrected for its rounding: that is what keeps P ≥ 0
 /// (measured against six other forms in benchmarks/covariance_forms).
 ///
-/// False, with `belief` untouched, if S is not positive and finite.
-template <class G, class Row, class Variance>
+/// False, with `belief` untouched, if S is not positive and finite; not looked at unless `checked`,
+/// for callers that look at what comes out.
+template <bool checked = true, class G, class Row, class Variance>
 [[nodiscard]] SUREFIX_INLINE bool update(G& belief, const Row& h, const Variance& r,
                                          const typename G::Scalar& innovation,
                                          Innovation<G>& out) noexcept {
@@ -62,21 +63,23 @@ template <class G, class Row, class Variance>
   const int n = belief.size();
   const typename G::Vector b = h.times(belief);
   const Lane S = h.dot(b) + r;
-  if (!positive(S)) return false;
+  if (checked && !positive(S)) return false;
   const Lane inverse = 1.0 / S;
 
   out.value = innovation;
   out.variance = S;
   out.inverse = inverse;
+  if constexpr (N == 1) {  // P⁺ = P r / S: nothing is subtracted
+    out.gain(0) = b(0) * inverse;
+    belief.x(0) += out.gain(0) * innovation;
+    belief.P(0, 0) = r * (belief.P(0, 0) * inverse);
+    return true;
+  }
   out.gain = b;
   loop<N>(n, [&](int i) SUREFIX_LAMBDA {
     out.gain(i) = b(i) * inverse;
     belief.x(i) += out.gain(i) * innovation;
   });
-  if constexpr (N == 1) {  // P⁺ = P r / S: nothing is subtracted
-    belief.P(0, 0) = r * (belief.P(0, 0) * inverse);
-    return true;
-  }
   loop<N>(n, [&](int j) SUREFIX_LAMBDA {
     loop<N>(n, [&](int i) SUREFIX_LAMBDA {
       if (i <= j) belief.P(i, j) -= (b(i) * b(j)) * inverse;

@@ -33,8 +33,9 @@ class Panel {
   void read(const double* from, std::int64_t run, int lanes, int T, int k, int count) noexcept {
     for (int l = 0; l < width; ++l) {
       const double* own = from + ((run + std::min(l, lanes - 1)) * T + k) * entries_;
-      for (int i = 0; i < count * entries_; ++i)
+      in_eights(count * entries_, [&](int i) SUREFIX_LAMBDA {
         Lanes<Lane>::set(data_[static_cast<std::size_t>(i)], l, own[i]);
+      });
     }
   }
 
@@ -43,8 +44,9 @@ class Panel {
     if (to == nullptr) return;
     for (int l = 0; l < lanes; ++l) {
       double* own = to + ((run + l) * T + k) * entries_;
-      for (int i = 0; i < count * entries_; ++i)
+      in_eights(count * entries_, [&](int i) SUREFIX_LAMBDA {
         own[i] = Lanes<Lane>::get(data_[static_cast<std::size_t>(i)], l);
+      });
     }
   }
 
@@ -58,6 +60,17 @@ class Panel {
   }
 
  private:
+  /// f(0) … f(n − 1), eight at a time without a loop.
+  template <class F>
+  SUREFIX_INLINE static void in_eights(int n, F&& f) noexcept {
+    int i = 0;
+    for (; i + 8 <= n; i += 8) {
+      const auto eight = [&](int e) SUREFIX_LAMBDA { f(i + e); };
+      unrolled(eight, std::make_integer_sequence<int, 8>{});
+    }
+    for (; i < n; ++i) f(i);
+  }
+
   int entries_;
   std::vector<Lane> data_;
 };
