@@ -219,12 +219,16 @@ void bind_switching(py::module_& module) {
            py::arg("M"), py::arg("threads"));
 
   py::class_<AnyLinearFilter>(module, "LinearFilterEngine")
-      .def(py::init([](const LinearSystem& system, const ModeChain& chain, const Array& p,
-                       const std::optional<Array>& nominal) {
-             return AnyLinearFilter(system, chain, matrices(p),
-                                    nominal ? matrix(*nominal) : Eigen::MatrixXd());
-           }),
-           py::arg("system"), py::arg("chain"), py::arg("p"), py::arg("nominal"))
+      .def_static(
+          "make",
+          [](const LinearSystem& system, const ModeChain& chain, const Array& p,
+             const std::optional<Array>& nominal) -> py::object {
+            AnyLinearFilter out;
+            const ConfigStatus status = AnyLinearFilter::make(
+                system, chain, matrices(p), nominal ? matrix(*nominal) : Eigen::MatrixXd(), out);
+            return status == ConfigStatus::ok ? py::cast(out) : py::object(py::str(name(status)));
+          },
+          py::arg("system"), py::arg("chain"), py::arg("p"), py::arg("nominal"))
       .def("run", &run<AnyLinearFilter>, py::arg("z").noconvert(), py::arg("modes"), py::arg("n"),
            py::arg("M"), py::arg("threads"));
 

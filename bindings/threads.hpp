@@ -3,27 +3,44 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 namespace surefix::bindings {
 
 /// work(first, last) over [0, count) in at most `threads` parts, each a multiple of `grain` long
-/// but the last; returns what they return, in order.
+/// but the last; returns what they return, in order. A part for which no thread can be started runs
+/// here; the first exception of a part is thrown when all have ended.
 template <class Work>
 auto in_parts(std::int64_t count, int threads, std::int64_t grain, Work&& work) {
   const std::int64_t grains = (count + grain - 1) / grain;
   const std::int64_t parts = std::max<std::int64_t>(1, std::min<std::int64_t>(threads, grains));
   const std::int64_t each = (grains + parts - 1) / parts * grain;
   std::vector<decltype(work(0, 0))> results(static_cast<std::size_t>(parts));
-  const auto part = [&](std::int64_t i) {
-    const std::int64_t first = std::min(i * each, count);
-    results[static_cast<std::size_t>(i)] = work(first, std::min(first + each, count));
+  std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(parts));
+  const auto part = [&](std::int64_t i) noexcept {
+    try {
+      const std::int64_t first = std::min(i * each, count);
+      results[static_cast<std::size_t>(i)] = work(first, std::min(first + each, count));
+    } catch (...) {
+      thrown[static_cast<std::size_t>(i)] = std::current_exception();
+    }
   };
   std::vector<std::thread> others;
-  for (std::int64_t i = 1; i < parts; ++i) others.emplace_back(part, i);
+  others.reserve(static_cast<std::size_t>(parts));
+  for (std::int64_t i = 1; i < parts; ++i) {
+    try {
+      others.emplace_back(part, i);
+    } catch (const std::system_error&) {
+      part(i);
+    }
+  }
   part(0);
   for (std::thread& other : others) other.join();
+  for (const std::exception_ptr& exception : thrown)
+    if (exception) std::rethrow_exception(exception);
   return results;
 }
 

@@ -243,13 +243,13 @@ class SwitchingEngine:
     ) -> tuple[_Floats, _Floats, _Floats, _Floats, str, int, int]: ...
 
 class LinearFilterEngine:
-    def __init__(
-        self,
+    @staticmethod
+    def make(
         system: LinearSystemEngine,
         chain: ModeChainEngine,
         p: npt.ArrayLike,
         nominal: npt.ArrayLike | None,
-    ) -> None: ...
+    ) -> LinearFilterEngine | str: ...
     def run(
         self, z: _Floats, modes: npt.NDArray[np.int32] | None, n: int, M: int, threads: int
     ) -> tuple[_Floats, _Floats, _Floats, _Floats, str, int, int]: ...

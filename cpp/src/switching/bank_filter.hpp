@@ -2,6 +2,7 @@
 #pragma once
 
 #include "surefix/switching/any_filter.hpp"
+#include "surefix/switching/bank_batch.hpp"
 
 namespace surefix::switching {
 
@@ -24,6 +25,9 @@ ConfigStatus make_bank(Method method, const FilterPlan& plan, std::unique_ptr<An
   if (status == ConfigStatus::ok) out = std::make_unique<Bank>(method, std::move(batch));
   return status;
 }
+
+/// Whether the transitions are those of the chain's modes.
+bool fits(const ModeChain& chain, const std::vector<Eigen::MatrixXd>& p);
 
 /// Whether the fixed sizes S are the plan's.
 template <class S>

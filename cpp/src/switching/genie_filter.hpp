@@ -2,6 +2,7 @@
 #pragma once
 
 #include "surefix/switching/any_filter.hpp"
+#include "surefix/switching/genie_batch.hpp"
 
 namespace surefix::switching {
 

@@ -1,8 +1,23 @@
 #include <cmath>
 
-#include "surefix/switching/any_filter.hpp"
+#include "bank_filter.hpp"
 
 namespace surefix::switching {
+
+ConfigStatus AnyLinearFilter::make(const LinearSystem& system, const ModeChain& chain,
+                                   const std::vector<Eigen::MatrixXd>& p,
+                                   const Eigen::MatrixXd& nominal, AnyLinearFilter& out) {
+  PreparedSystem<AnySizes> checked;
+  const ConfigStatus status = checked.make(system);
+  if (status != ConfigStatus::ok) return status;
+  const bool path = nominal.size() == 0 || nominal.cols() == system.size();
+  if (!fits(chain, p) || !path) return ConfigStatus::wrong_size;
+  out.system_ = system;
+  out.chain_ = chain;
+  out.p_ = p;
+  out.nominal_ = nominal;
+  return ConfigStatus::ok;
+}
 
 bool AnyLinearFilter::compute(const double* z, int T, Gains& out, int& failed) const {
   const int m = system_.measured();
@@ -16,7 +31,7 @@ bool AnyLinearFilter::compute(const double* z, int T, Gains& out, int& failed) c
     step.H = of_step(system_.H, k);
     step.R = of_step(system_.R, k);
     if (nominal_.size() > 0) step.nominal = nominal_.row(k);
-    std::array<bool, 32> exists{};
+    std::array<bool, AnySizes::max_m> exists{};
     for (int i = 0; i < m; ++i) exists[at(i)] = z == nullptr || !std::isnan(z[k * m + i]);
     out.gain.emplace_back();
     if (!recursion.advance(step, k > 0 ? &of_step(p_, k - 1) : nullptr, exists.data(),
@@ -33,7 +48,7 @@ bool AnyLinearFilter::compute(const double* z, int T, Gains& out, int& failed) c
 BatchStatus AnyLinearFilter::filter(const Gains& gains, const BatchRequest& in, std::int64_t run,
                                     const BatchOutput& out) const {
   const int n = system_.size(), m = system_.measured();
-  std::array<double, 32> now{}, next{};  // x̂, or x̂ − x̄
+  std::array<double, AnySizes::max_n> now{}, next{};  // x̂, or x̂ − x̄
   for (int k = 0; k < in.T; ++k) {
     const LinearGain& gain = gains.gain[at(k)];
     const double* z = in.z + (run * in.T + k) * m;
@@ -53,7 +68,8 @@ BatchStatus AnyLinearFilter::filter(const Gains& gains, const BatchRequest& in, 
     now = next;
     const std::int64_t row = run * in.T + k;
     for (int a = 0; a < n; ++a) {
-      out.x[row * n + a] = now[at(a)] + (nominal_.size() > 0 ? nominal_(k, a) : 0.0);
+      if (out.x != nullptr)
+        out.x[row * n + a] = now[at(a)] + (nominal_.size() > 0 ? nominal_(k, a) : 0.0);
       if (out.P == nullptr) continue;
       for (int b = 0; b < n; ++b) out.P[(row * n + a) * n + b] = gains.error[at(k)](a, b);
     }

@@ -24,18 +24,6 @@ double mean_delta(const ModeChain& chain, int mode) {
   return mean;
 }
 
-/// X_j ← Σ_i p_ij X_i.
-template <class T>
-void move_modes(const Matrix& p, std::vector<T>& X) {
-  std::vector<T> moved;
-  for (Eigen::Index j = 0; j < p.cols(); ++j) {
-    T sum = p(0, j) * X[0];
-    for (Eigen::Index i = 1; i < p.rows(); ++i) sum += p(i, j) * X[static_cast<std::size_t>(i)];
-    moved.push_back(std::move(sum));
-  }
-  X = std::move(moved);
-}
-
 }  // namespace
 
 LinearRecursion::LinearRecursion(const ModeChain& chain, const Vector& x0, const Matrix& P0,
@@ -43,13 +31,31 @@ LinearRecursion::LinearRecursion(const ModeChain& chain, const Vector& x0, const
     : chain_(chain), law_(chain.initial), nominal_(nominal) {
   const Eigen::Index n = x0.size();
   C_ = nominal ? P0 : Matrix(P0 + x0 * x0.transpose());
-  V_ = Matrix::Zero(n, n);
-  for (int j = 0; j < chain.size(); ++j) {
-    xx_.emplace_back(law_(j) * C_);
-    ex_.emplace_back(Matrix::Zero(n, n));
-    ee_.emplace_back(Matrix::Zero(n, n));
-    e_.emplace_back(Vector::Zero(n));
+  Sigma_ = C_;
+  for (int j = 0; j < chain.size(); ++j)
+    modes_.push_back({law_(j) * C_, law_(j) * C_, law_(j) * C_, Vector::Zero(n)});
+}
+
+void LinearRecursion::move(const LinearStep& step, const Matrix& p) {
+  const Matrix &A = step.A, &Q = step.Q;
+  law_ = Vector(p.transpose() * law_);
+  if (seen_.size() > 0) seen_ = Vector(p.transpose() * seen_);
+  C_ = symmetric(A * C_ * A.transpose() + Q);  // (23d)
+  Sigma_ = symmetric(A * Sigma_ * A.transpose() + Q);
+  std::vector<Moments> moved;
+  for (Eigen::Index j = 0; j < p.cols(); ++j) {
+    Moments sum = modes_.front();
+    sum.scale(p(0, j));
+    for (Eigen::Index i = 1; i < p.rows(); ++i)
+      sum.add(p(i, j), modes_[static_cast<std::size_t>(i)]);
+    const Matrix noise = law_(j) * Q;
+    sum.xx = symmetric(A * sum.xx * A.transpose() + noise);
+    sum.ex = A * sum.ex * A.transpose() + noise;
+    sum.ee = symmetric(A * sum.ee * A.transpose() + noise);
+    sum.e = Vector(A * sum.e);
+    moved.push_back(std::move(sum));
   }
+  modes_ = std::move(moved);
 }
 
 bool LinearRecursion::advance(const LinearStep& step, const Matrix* p, const bool* present,
@@ -60,80 +66,63 @@ bool LinearRecursion::advance(const LinearStep& step, const Matrix* p, const boo
     if (present == nullptr || present[i]) rows.push_back(i);
   const Matrix H = step.H(rows, Eigen::all), R = step.R(rows, rows);
   const Vector gamma = gammas(chain_);
+  if (p != nullptr) move(step, *p);
 
-  const bool moves = p != nullptr;
-  Matrix A = Matrix::Identity(n, n);
-  Matrix Q = Matrix::Zero(n, n);
-  p11_ = 0.0;
-  if (moves) {
-    A = step.A;
-    Q = step.Q;
-    if (seen_.size() > 0) seen_ = Vector(p->transpose() * seen_);
-    p11_ = seen_.size() > 0 ? seen_.dot(gamma) : 0.0;
-    law_ = Vector(p->transpose() * law_);
-    for (auto* X : {&xx_, &ex_, &ee_}) move_modes(*p, *X);
-    move_modes(*p, e_);
-  }
   const double e1 = law_.dot(gamma), e2 = law_.dot(gamma.cwiseAbs2());
   double delta = 0.0;
   for (int j = 0; j < chain_.size(); ++j) delta += law_(j) * mean_delta(chain_, j);
-  mean_gamma_ = e1;
+  // Before anything was measured x̂ = 0, and any p11 gives the same: this one subtracts nothing.
+  const double p11 = seen_.size() > 0 ? seen_.dot(gamma) : e1;
   if (e1 != 0.0) seen_ = law_.cwiseProduct(gamma) / e1;
+  mean_gamma_ = e1;
 
-  // (23b-e)
-  C_ = symmetric(A * C_ * A.transpose() + Q);
-  const Matrix AVA = symmetric(A * V_ * A.transpose());
-  Matrix noise = R * delta;
+  // (23c) with V = C − Σ: e₁ C − p11 A V Aᵀ = p11 Σ⁻ + (e₁ − p11) C, and so on.
   Vector Hx = Vector::Zero(H.rows());
+  Matrix noise = R * delta;
   if (nominal_) {
     Hx = H * step.nominal;
     noise += (e2 - e1 * e1) * Hx * Hx.transpose();
   }
-  const Matrix read = e2 * H * C_ * H.transpose() + noise;
-  const Matrix S = symmetric(read - p11_ * p11_ * H * AVA * H.transpose());
+  const Matrix HCH = H * C_ * H.transpose(), crossed = (e1 - p11) * H * C_;
+  const Matrix S =
+      symmetric(p11 * p11 * H * Sigma_ * H.transpose() + (e2 - p11 * p11) * HCH + noise);
   Matrix F2(n, H.rows());
   if (H.rows() > 0) {
     const Eigen::LDLT<Matrix> factors(S);
     if (!(factors.vectorD().array() > 0.0).all()) return false;
-    F2 = factors.solve(H * (e1 * C_ - p11_ * AVA)).transpose();
+    F2 = factors.solve(p11 * H * Sigma_ + crossed).transpose();
   }
-  const Matrix F1 = A - p11_ * F2 * H * A;
-  const Matrix cross = p11_ * F2 * H * A * V_ * F1.transpose();
-  V_ = symmetric(F1 * V_ * F1.transpose() + F2 * read * F2.transpose() + cross + cross.transpose());
 
+  // (23e) for Σ in Joseph's form: e ← J e − F2 ((γ − p11) H x + v).
+  const Matrix J = Matrix::Identity(n, n) - p11 * F2 * H;
+  const Matrix missed = J * crossed.transpose() * F2.transpose();
+  Sigma_ = symmetric(J * Sigma_ * J.transpose() - missed - missed.transpose() +
+                     F2 * ((e2 - 2.0 * p11 * e1 + p11 * p11) * HCH + noise) * F2.transpose());
   for (int j = 0; j < chain_.size(); ++j) {
-    Matrix &xx = xx_[static_cast<std::size_t>(j)], &ex = ex_[static_cast<std::size_t>(j)],
-           &ee = ee_[static_cast<std::size_t>(j)];
-    Vector& e = e_[static_cast<std::size_t>(j)];
-    if (moves) {
-      xx = symmetric(A * xx * A.transpose() + law_(j) * Q);
-      ex = ex * A.transpose();
-    }
-    const double g = gamma(j);
-    const Matrix half = g * F1 * ex * H.transpose() * F2.transpose();
-    ee = F1 * ee * F1.transpose() + half + half.transpose() +
-         F2 * (g * g * H * xx * H.transpose() + law_(j) * mean_delta(chain_, j) * R) *
-             F2.transpose();
+    Moments& now = modes_[static_cast<std::size_t>(j)];
+    const double g = gamma(j) - p11;
+    const Matrix half = g * J * now.ex * H.transpose() * F2.transpose();
+    const Matrix read = g * g * H * now.xx * H.transpose() + law_(j) * mean_delta(chain_, j) * R;
+    now.ee = J * now.ee * J.transpose() - half - half.transpose() + F2 * read * F2.transpose();
     if (nominal_) {  // what the nominal trajectory is missed by, (γ − E γ) H x̄
-      const Vector missed = (g - e1) * (F2 * Hx);
-      const Matrix mixed = F1 * e * missed.transpose();
-      ee += mixed + mixed.transpose() + law_(j) * missed * missed.transpose();
-      e = F1 * e + law_(j) * missed;
+      const Vector u = (gamma(j) - e1) * (F2 * Hx);
+      const Matrix mixed = J * now.e * u.transpose();
+      now.ee += law_(j) * u * u.transpose() - mixed - mixed.transpose();
+      now.e = Vector(J * now.e - law_(j) * u);
     }
-    ee = symmetric(ee);
-    ex = F1 * ex + g * F2 * H * xx;
+    now.ee = symmetric(now.ee);
+    now.ex = Matrix(J * now.ex - g * F2 * H * now.xx);
   }
-  gain.F1 = F1;
+  gain.F1 = p != nullptr ? Matrix(J * step.A) : J;
   gain.F2 = Matrix::Zero(n, m);
   gain.F2(Eigen::all, rows) = F2;
   return gain.F1.allFinite() && gain.F2.allFinite();
 }
 
 Matrix LinearRecursion::error() const {
-  Matrix error = Matrix::Zero(C_.rows(), C_.cols());
-  for (std::size_t j = 0; j < xx_.size(); ++j)
-    error += xx_[j] - ex_[j] - ex_[j].transpose() + ee_[j];
-  return symmetric(error);
+  Matrix error = modes_.front().ee;
+  for (std::size_t j = 1; j < modes_.size(); ++j) error += modes_[j].ee;
+  return error;
 }
 
 LinearCondition check_linear(const ModeChain& chain, const std::vector<Matrix>& p, int steps) {

@@ -167,7 +167,8 @@ ChainStatus ModeChain::lumped(const std::vector<std::vector<int>>& groups,
       const double share = total > 0.0 ? law(i) / total : 1.0 / static_cast<double>(members.size());
       chain.initial(g) += initial(i);
       for (const Branch& branch : branches[static_cast<std::size_t>(i)])
-        chain.branches.back().push_back({branch.delta, share * branch.share});
+        if (share * branch.share > 0.0)
+          chain.branches.back().push_back({branch.delta, share * branch.share});
       for (int j = 0; j < size(); ++j)
         chain.transition(g, group_of[static_cast<std::size_t>(j)]) += share * transition(i, j);
     }

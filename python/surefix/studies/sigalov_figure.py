@@ -26,8 +26,8 @@ LINES = {
 
 
 def make_figure(table: dict[str, FloatArray], numbers: dict[str, Any]) -> Figure:
-    """Left: the paper's figure 1, errors over the genie's against time, with bands of 95 %. Right:
-    over all the steps that count."""
+    """Left: the paper's figure 1, errors over the genie's against time, with bands of 95 % around
+    the solid lines. Right: over all the steps that count."""
     figure = style.new_figure(12.0, 5.0)
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     names = [name for name in LINES if name in table]
@@ -41,7 +41,7 @@ def make_figure(table: dict[str, FloatArray], numbers: dict[str, Any]) -> Figure
     left.axvspan(first, last, color=style.SHADE, alpha=0.15, linewidth=0)
     left.set_xlabel("step")
     left.set_ylabel("mean squared error over the genie's")
-    left.set_title(f"By step, {numbers['runs']:,} runs, bands of 95 %", fontsize=10)
+    left.set_title(f"By step, {numbers['runs']:,} runs, bands of 95 % (solid lines)", fontsize=10)
     left.set_xlim(0, table["step"][-1])
     places = np.arange(len(names))[::-1]
     for name, place in zip(names, places, strict=True):

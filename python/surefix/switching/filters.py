@@ -160,8 +160,17 @@ def _states(
         return named[0], None
     known = [names for names in named if names is not None]
     if len(known) < len(named):
-        raise ConfigError("systems: expected names of the states, because they differ in size")
+        which = ", ".join(f"systems[{i}]" for i, names in enumerate(named) if names is None)
+        raise ConfigError(
+            f"systems: expected names of the states of all, or of none if all have one size, "
+            f"got none of {which}"
+        )
     union = tuple(dict.fromkeys(name for names in known for name in names))
+    if len(union) > _core.MAX_SWITCHING_SIZE:
+        raise ShapeError(
+            f"systems: expected at most {_core.MAX_SWITCHING_SIZE} different states in all, "
+            f"got {len(union)}: {', '.join(union)}"
+        )
     partial = [name for name in union if any(name not in names for names in known)]
     if set(entering) != set(partial):
         raise ConfigError(

@@ -21,8 +21,9 @@ class LinearCondition:
     all i < k.
 
     ``p11``: of neighbours, i = k - 1, at the last step; ``lowest``, ``highest``: over all k and i;
-    ``spread``: the largest difference between two i of one k, which must be zero; ``lags``: k - i
-    was looked at up to this. ``holds``: spread <= 1e-9.
+    ``spread``: the largest difference between two i of one k, which must be zero; ``lags``: so many
+    earlier i at most were looked at for a k, the last ones with E[gamma_i] != 0. ``holds``: spread
+    <= 1e-9.
     """
 
     holds: bool
@@ -37,8 +38,8 @@ class LinearCondition:
             return f"Lemma 2 holds: Pr(gamma_k = 1 | gamma_i = 1) = {self.p11:.6g} for all i < k"
         return (
             f"Lemma 2 does not hold: Pr(gamma_k = 1 | gamma_i = 1) goes from {self.lowest:.6g} to "
-            f"{self.highest:.6g} over k - i = 1 ... {self.lags}; the filter takes that of "
-            f"neighbours, {self.p11:.6g}, and is not the linear optimum"
+            f"{self.highest:.6g} over the {self.lags} i before k with E[gamma_i] != 0; the filter "
+            f"takes that of neighbours, {self.p11:.6g}, and is not the linear optimum"
         )
 
 
@@ -56,7 +57,8 @@ class LinearOptimalFilter:
     no means to see it. ``nominal`` (steps, n) moves the origin along: with it the filter estimates
     the deviation from it, which begins as N(0, P0) and moves as the system does, from
     z - E[gamma] H nominal; (gamma - E[gamma]) H nominal is then part of the noise. That is the best
-    affine filter where gamma is drawn anew in each step.
+    affine filter where gamma is drawn anew in each step. ``x0`` of the system is then not used, and
+    the path need not follow A.
     """
 
     def __init__(
@@ -69,11 +71,14 @@ class LinearOptimalFilter:
             None if nominal is None else checks.array("nominal", nominal, (steps, system.size))
         )
         self._steps = steps if self.nominal is None else len(self.nominal)
-        self._engine = _core.LinearFilterEngine(system.engine, chain.engine, chain.p, self.nominal)
+        self._engine = series.made(
+            _core.LinearFilterEngine.make(system.engine, chain.engine, chain.p, self.nominal),
+            "system",
+        )
 
     def condition(self, steps: int) -> LinearCondition:
         """Whether the chain lets the filter be optimal over ``steps`` measurements (Lemma 2)."""
-        count = checks.whole("steps", steps, 2, self.chain.steps or 1 << 31)
+        count = checks.whole("steps", steps, 2, self.chain.steps or (1 << 31) - 1)
         return LinearCondition(*_core.check_linear(self.chain.engine, self.chain.p, count))
 
     def run(

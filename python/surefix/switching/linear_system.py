@@ -56,6 +56,7 @@ class LinearSystem:
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+        _check_pivots(checked["R"])
         stacks = {name: checked[name] for name in ("A", "Q", "H", "R") if checked[name].ndim == 3}
         lengths = {name: len(stack) + (name in "AQ") for name, stack in stacks.items()}
         steps = checks.one_length("A, Q, H, R", lengths)
@@ -126,6 +127,26 @@ def _for_engine(matrices: FloatArray) -> FloatArray:
     """(k, rows, columns), k >= 1: where a single step leaves no A and Q, one that nothing reads."""
     stack = checks.per_step(matrices)
     return stack if len(stack) else np.zeros((1, *stack.shape[1:]))
+
+
+def _check_pivots(R: FloatArray) -> None:
+    """What the engine asks of R, with a margin: no component whose noise is, but for rounding, that
+    of those before it."""
+    given = checks.per_step(R)
+    C = given.copy()
+    variance = np.diagonal(C, axis1=1, axis2=2).copy()
+    for i in range(C.shape[-1]):
+        pivot = C[:, i, i].copy()
+        bad = np.flatnonzero(~(pivot > 2e-14 * variance[:, i]))
+        if len(bad):
+            name, k = ("R", 0) if R.ndim == 2 else (f"R[{bad[0]}]", bad[0])
+            left = pivot[k] / variance[k, i]
+            raise ConfigError(
+                f"{name}: expected a positive definite matrix, got {given[k].tolist()}, in which "
+                f"the components before it leave component {i} only {left:.2g} of its variance"
+            )
+        column = C[:, :, i] / pivot[:, None]
+        C -= column[:, :, None] * C[:, None, i, :]
 
 
 def _size(name: str, size: int) -> int:

@@ -119,12 +119,19 @@ class ModeChain:
         if durations.min() < 0:
             raise ConfigError(f"dt: expected numbers >= 0, got {durations.min()}")
         different, which = np.unique(durations, return_inverse=True)
-        known = np.array([_core.transition_over(G, float(d)) for d in different])
+        off = G - np.diag(np.diag(G))
+        with np.errstate(over="ignore"):
+            leaving = off.sum(axis=1)
+        if not np.isfinite(leaving).all():
+            row = int(np.argmax(leaving))
+            raise ConfigError(
+                f"rates: expected a finite sum in each row, got infinity in row {row}"
+            )
+        known = np.array([_over(G, float(d), leaving.max()) for d in different])
         P = known[which.reshape(durations.shape)]
         if initial is None:
-            off = G - np.diag(np.diag(G))
-            fastest = off.sum(axis=1).max()
-            U = np.eye(len(G)) + (off - np.diag(off.sum(axis=1))) / (2 * fastest or 1.0)
+            scale = leaving.max() or 1.0
+            U = np.eye(len(G)) + (off / scale - np.diag(leaving / scale)) / 2
             initial = _core.stationary(U)
             if initial is None:
                 raise ConfigError(
@@ -165,8 +172,10 @@ class ModeChain:
 
         A group of several may only hold modes of gamma = 0, whose estimate does not depend on
         delta. Its measurement has the mixed density of its members, its transitions are theirs, by
-        the shares that they have in the stationary law (in ``initial`` where there is none): exact
-        where those shares do not depend on the mode before.
+        the shares that they have in the stationary law; in ``initial`` where there is none; in the
+        mean law over its steps where each step has its own transition (equal shares of a group that
+        is never there). Exact where the members' shares are the same whatever the mode before was,
+        and in ``initial``.
         """
         try:
             sets = [
@@ -174,8 +183,8 @@ class ModeChain:
             ]
         except TypeError:
             raise ConfigError(f"groups: expected lists of modes, got {groups!r}") from None
-        same = self.steps is None
-        law = _core.stationary(self.transition) if same else None
+        steps = self.steps
+        law = _core.stationary(self.transition) if steps is None else self.law(steps).mean(axis=0)
         law = self.initial if law is None else law
         made = self.engine.lumped(sets, law)
         if isinstance(made, tuple):
@@ -186,7 +195,7 @@ class ModeChain:
                 f"their gamma is 0; got {what} in {sets}"
             )
         chain = ModeChain.__new__(ModeChain)
-        if same:
+        if steps is None:
             chain._set(made, made.transition)
             return chain
         member = np.array([[i in group for i in range(self.size)] for group in sets], dtype=float)
@@ -246,6 +255,17 @@ def _law(name: str, law: Any, entry: str) -> list[float]:
             f"{name}: expected probabilities that sum to 1, got a sum of {sum(checked):.12g}"
         )
     return checked
+
+
+def _over(rates: FloatArray, dt: float, fastest: float) -> FloatArray:
+    """Transitions over dt, or an error where they overflow."""
+    P = _core.transition_over(rates, dt)
+    if isinstance(P, str) or not np.isfinite(P).all():
+        raise ConfigError(
+            f"rates, dt: expected transitions that are finite, got rates up to {fastest:g} "
+            f"over {dt:g}"
+        )
+    return P
 
 
 def _transitions(name: str, value: Any, size: int) -> FloatArray:

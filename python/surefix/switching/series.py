@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.errors import ConfigError, NumericalError, ShapeError
 from surefix.switching.linear_system import LinearSystem
 from surefix.switching.mode_chain import ModeChain
 from surefix.switching.result import SwitchingResult
+
+T = TypeVar("T")
 
 PER_THREAD = 50_000  # steps of series that are worth a thread
 
@@ -133,8 +134,8 @@ def _of_kind(
     return given
 
 
-def made(engine: Any, what: str) -> _core.SwitchingEngine:
+def made(engine: T | str, what: str) -> T:
     """The engine, or an error with what it refused."""
     if isinstance(engine, str):
         raise ConfigError(f"{what}: refused by the engine: {engine}")
-    return engine  # type: ignore[no-any-return]
+    return engine

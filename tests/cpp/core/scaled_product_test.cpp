@@ -16,6 +16,18 @@ TEST(ScaledProduct, NeitherUnderflowsNorOverflows) {
   EXPECT_NEAR(product.log(0), log_sum, 1e-12 * std::fabs(log_sum));
 }
 
+TEST(ScaledProduct, TakesAnyFactorAtTheEdgeOfItsRange) {
+  for (const double edge : {1e139, 1e-139})
+    for (const double factor : {1e307, 1e-307}) {
+      ScaledProduct<double> product;
+      product.multiply(edge);
+      product.multiply(factor);
+      product.multiply(factor);
+      const double expected = std::log(edge) + 2.0 * std::log(factor);
+      EXPECT_NEAR(product.log(0), expected, 1e-13 * std::fabs(expected));
+    }
+}
+
 TEST(ScaledProduct, LanesDoNotFeelEachOther) {
   ScaledProduct<Pack<4>> pack;
   std::array<ScaledProduct<double>, 4> alone;

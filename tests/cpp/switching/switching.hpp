@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "surefix/switching/batch.hpp"
+#include "surefix/switching/bank_batch.hpp"
 #include "surefix/switching/filter.hpp"
 
 namespace surefix::switching::testing {

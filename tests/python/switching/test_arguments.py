@@ -46,6 +46,16 @@ SYSTEMS: dict[str, Refused] = {
     "R singular": (lambda: system(H=I2, R=np.ones((2, 2))), VALUE, "^R: .*positive definite"),
     "R indefinite": (lambda: system(H=I2, R=[[1, 2], [2, 1]]), VALUE, "^R: .*positive definite"),
     "R not symmetric": (lambda: system(H=I2, R=[[1, 0.5], [0, 1]]), VALUE, "^R: .*symmetric"),
+    "R definite by rounding": (
+        lambda: system(H=I2, R=[[1, 1 - 5e-16], [1 - 5e-16, 1]]),
+        VALUE,
+        "^R: .*positive definite.*component 1",
+    ),
+    "R of a step definite by rounding": (
+        lambda: system(H=I2, R=[I2, [[1, 1 - 5e-16], [1 - 5e-16, 1]], I2]),
+        VALUE,
+        r"^R\[1\]: .*positive definite.*component 1",
+    ),
     "R NaN": (lambda: system(R=[[nan]]), VALUE, "^R: .*nan"),
     "R of one step": (
         lambda: system(R=[[[1.0]], [[0.0]], [[1.0]]]),
@@ -147,6 +157,13 @@ def linear(nominal: Any) -> Any:
 def small(**changed: Any) -> sf.LinearSystem:
     one = {"A": I1, "H": I1, "Q": I1, "R": I1, "x0": [0.0], "P0": I1, "states": ["a"]}
     return sf.LinearSystem(**{**one, **changed})
+
+
+def many(name: str, n: int) -> sf.LinearSystem:
+    return sf.LinearSystem(
+        np.eye(n), np.ones((1, n)), np.eye(n), I1, np.zeros(n), np.eye(n),
+        states=tuple(f"{name}{i}" for i in range(n)),
+    )  # fmt: skip
 
 
 AB = ("a", "b")
@@ -252,6 +269,12 @@ FILTERS: dict[str, Refused] = {
         "states",
     ),
     "one without names": (lambda: bank(small(), system()), VALUE, "states"),
+    "one of the same size without names": (
+        lambda: bank(system(states=AB), system()),
+        VALUE,
+        r"^systems: .*names of the states.*got none of systems\[1\]$",
+    ),
+    "too many states in all": (lambda: bank(many("a", 20), many("b", 13)), SHAPE, "^systems: .*33"),
     "who enters?": (lambda: bank(small(), system(states=AB)), VALUE, "entering: .*b"),
     "who else?": (
         lambda: bank(small(states=("c",)), system(states=AB), entering={"b": (0, 1), "a": (0, 1)}),
@@ -315,6 +338,11 @@ FILTERS: dict[str, Refused] = {
     ),
     "nominal's steps": (lambda: linear(np.zeros((4, 2))), SHAPE, r"nominal: .*|z: .*4"),
     "nominal NaN": (lambda: linear(np.full((3, 2), nan)), VALUE, "^nominal: .*nan"),
+    "condition of too many steps": (
+        lambda: sf.LinearOptimalFilter(system(), chain()).condition(1 << 31),
+        VALUE,
+        "^steps: .*2147483647, got 2147483648",
+    ),
     "condition of no steps": (
         lambda: sf.LinearOptimalFilter(system(), chain()).condition(0),
         VALUE,

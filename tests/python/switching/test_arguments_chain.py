@@ -201,6 +201,21 @@ CHAINS: dict[str, Refused] = {
         VALUE,
         "rates: .*inf",
     ),
+    "rates whose sum overflows": (
+        lambda: sf.ModeChain.from_rates([*TWO, (0, 2)], np.full((3, 3), 1e308), 0.1),
+        VALUE,
+        "^rates: .*infinity in row 0",
+    ),
+    "rates too fast": (
+        lambda: rated([[0, 1e308], [1e308, 0]], 0.1),
+        VALUE,
+        r"^rates, dt: .*1e\+308",
+    ),
+    "rates over too long": (
+        lambda: rated([[0, 1e200], [1, 0]], [0.1, 1e300]),
+        VALUE,
+        r"^rates, dt: .*over 1e\+300",
+    ),
     "dt < 0": (lambda: rated(HALF, -0.1), VALUE, r"dt: .*-0\.1"),
     "dt NaN": (lambda: rated(HALF, [0.1, nan]), VALUE, "dt: .*nan"),
     "dt inf": (lambda: rated(HALF, inf), VALUE, "dt: .*inf"),

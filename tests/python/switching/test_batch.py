@@ -14,7 +14,7 @@ import pytest
 import surefix as sf
 from oracle.step import Array
 from switching.plants import LEVELS, random_chain, random_plant, simulated, with_missing
-from switching.scenes import FOUR, arrays, assert_same_bits, mode_chain, system
+from switching.scenes import FOUR, SCALAR, arrays, assert_same_bits, mode_chain, system
 
 RUNS, STEPS = 20, 15
 NAMES = ("A", "H", "Q", "R", "x0", "P0")
@@ -37,6 +37,19 @@ def of(filter: Any) -> Run:
     return run
 
 
+def scalar(filter: Any, known: bool = False) -> Run:
+    """Of the first component; ``known``: its modes."""
+
+    def run(z: Array, runs: slice = slice(None), missing: Any = None, **options: Any) -> Any:
+        if known:
+            drawn = simulations()[0][runs]
+            options["modes"] = drawn if z.ndim == 3 else drawn[0]
+        gone = None if missing is None else missing[..., :1]
+        return filter.run(z[..., :1], missing=gone, **options)
+
+    return run
+
+
 def different(count: int) -> Any:
     chain = random_chain(3, LEVELS[:count])
     bank = [system(p) for p in SMALL[:count]]
@@ -53,6 +66,18 @@ FILTERS: dict[str, Callable[[], Run]] = {
     ),
     "imm, lumped": lambda: of(sf.IMMFilter(system(PLANT), mode_chain(FOUR).lumped_interruptions())),
     "imm, different sizes": lambda: of(different(2)),
+    "one step, scalar": lambda: scalar(sf.OneStepFilter(system(SCALAR), mode_chain(FOUR))),
+    "imm, scalar": lambda: scalar(sf.IMMFilter(system(SCALAR), mode_chain(FOUR))),
+    "one step, scalar, lumped": lambda: scalar(
+        sf.OneStepFilter(system(SCALAR), mode_chain(FOUR).lumped_interruptions())
+    ),
+    "imm, scalar, lumped": lambda: scalar(
+        sf.IMMFilter(system(SCALAR), mode_chain(FOUR).lumped_interruptions())
+    ),
+    "imm, scalar, three modes": lambda: scalar(
+        sf.IMMFilter(system(SCALAR), mode_chain(random_chain(3, LEVELS[:3])))
+    ),
+    "genie, scalar": lambda: scalar(sf.GenieFilter(system(SCALAR), mode_chain(CHAIN)), known=True),
     "genie": lambda: genie,
     "linear": lambda: of(sf.LinearOptimalFilter(system(PLANT), mode_chain(CHAIN))),
     "linear, nominal": lambda: of(

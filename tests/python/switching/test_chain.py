@@ -210,15 +210,32 @@ def test_lumping_in_any_order(groups: list[list[int]]) -> None:
     np.testing.assert_allclose(lumped.initial, expected.initial, rtol=1e-14)
 
 
-def test_lumping_where_there_is_no_stationary_law_goes_by_the_first() -> None:
+def test_lumping_where_there_is_no_stationary_law() -> None:
+    """By the first law if the modes stay, by the mean law if each step has its own transition."""
     for steps in (0, 5):
         known = random_chain(6, LEVELS, steps)
         if not steps:
             known = switching_chain.Chain(known.modes, np.eye(4), known.initial)
-        expected = switching_chain.lumped(known, [[0], [1, 3], [2]], known.initial)
+        law = known.law(steps or 1).mean(axis=0)
+        expected = switching_chain.lumped(known, [[0], [1, 3], [2]], law)
         lumped = mode_chain(known).lumped([[0], [1, 3], [2]])
         np.testing.assert_allclose(lumped.transition, expected.transition, rtol=1e-14, atol=1e-16)
         np.testing.assert_allclose(lumped.initial, expected.initial, rtol=1e-14)
+
+
+def test_lumping_a_chain_of_steps_that_starts_healthy() -> None:
+    """delta drawn anew: exact, though no interrupted mode has a share at first."""
+    P = np.tile([0.7, 0.3 * 0.9, 0.3 * 0.1], (4, 3, 1))
+    chain = sf.ModeChain([(1, 1), (0, 1), (0, 10)], P, [1, 0, 0]).lumped_interruptions()
+    np.testing.assert_allclose(np.array(chain.branches[1]), [[1, 0.9], [10, 0.1]], rtol=1e-14)
+    np.testing.assert_allclose(chain.transition, np.tile([0.7, 0.3], (4, 2, 1)), rtol=1e-14)
+
+
+def test_lumping_modes_that_are_never_there() -> None:
+    """In equal shares."""
+    P = np.tile(np.eye(3), (4, 1, 1))
+    chain = sf.ModeChain([(1, 1), (0, 1), (0, 10)], P, [1, 0, 0]).lumped_interruptions()
+    assert chain.branches[1] == ((1.0, 0.5), (10.0, 0.5))
 
 
 def test_a_chain_does_not_change_with_what_it_was_made_of() -> None:

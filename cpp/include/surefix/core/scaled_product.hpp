@@ -13,8 +13,12 @@ template <class Lane>
 class ScaledProduct {
  public:
   SUREFIX_INLINE void multiply(const Lane& v) noexcept {
-    product_ *= v;
-    if (!within(product_, 1e-140, 1e140)) set_aside();
+    const Lane product = product_ * v;
+    if (within(product, lowest, highest)) {
+      product_ = product;
+    } else {
+      multiply_each(v);
+    }
   }
   /// log Π v of one lane.
   [[nodiscard]] double log(int lane) const noexcept {
@@ -32,13 +36,19 @@ class ScaledProduct {
   template <class Other>
   friend class ScaledProduct;
 
-  void set_aside() noexcept {
-    for (int i = 0; i < Lanes<Lane>::count; ++i) {
-      const double product = Lanes<Lane>::get(product_, i);
-      if (within(product, 1e-140, 1e140)) continue;
-      int exponent = 0;
-      Lanes<Lane>::set(product_, i, std::frexp(product, &exponent));
-      Lanes<Lane>::set(exponent_, i, Lanes<Lane>::get(exponent_, i) + exponent);
+  static constexpr double lowest = 1e-140, highest = 1e140;
+
+  void multiply_each(const Lane& v) noexcept {
+    using L = Lanes<Lane>;
+    for (int i = 0; i < L::count; ++i) {
+      const double factor = L::get(v, i);
+      double product = L::get(product_, i) * factor;
+      if (!within(product, lowest, highest)) {  // of the mantissas, which cannot overflow
+        int first = 0, second = 0;
+        product = std::frexp(L::get(product_, i), &first) * std::frexp(factor, &second);
+        L::set(exponent_, i, L::get(exponent_, i) + first + second);
+      }
+      L::set(product_, i, product);
     }
   }
 

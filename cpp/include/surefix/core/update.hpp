@@ -52,9 +52,8 @@ SUREFIX_INLINE void correct(G& belief, const Row& h, const typename G::Vector& k
 /// The covariance is M = P − b bᵀ/S, b = P hᵀ, corrected for its rounding: that is what keeps P ≥ 0
 /// (measured against six other forms in benchmarks/covariance_forms).
 ///
-/// False, with `belief` untouched, if S is not positive and finite; not looked at unless `checked`,
-/// for callers that look at what comes out.
-template <bool checked = true, class G, class Row, class Variance>
+/// False, with `belief` untouched, if S is not positive and finite.
+template <class G, class Row, class Variance>
 [[nodiscard]] SUREFIX_INLINE bool update(G& belief, const Row& h, const Variance& r,
                                          const typename G::Scalar& innovation,
                                          Innovation<G>& out) noexcept {
@@ -63,7 +62,7 @@ template <bool checked = true, class G, class Row, class Variance>
   const int n = belief.size();
   const typename G::Vector b = h.times(belief);
   const Lane S = h.dot(b) + r;
-  if (checked && !positive(S)) return false;
+  if (!positive(S)) return false;
   const Lane inverse = 1.0 / S;
 
   out.value = innovation;

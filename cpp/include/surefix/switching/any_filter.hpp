@@ -4,8 +4,11 @@
 
 #include <memory>
 
-#include "surefix/switching/batch.hpp"
+#include "surefix/switching/batch_request.hpp"
 #include "surefix/switching/linear_optimal.hpp"
+#include "surefix/switching/linear_system.hpp"
+#include "surefix/switching/method.hpp"
+#include "surefix/switching/state_map.hpp"
 
 namespace surefix::switching {
 
@@ -13,15 +16,16 @@ namespace surefix::switching {
 struct FilterPlan {
   std::vector<LinearSystem> systems;  ///< one, or for an IMM one for every mode
   ModeChain chain;
-  std::vector<Eigen::MatrixXd>
-      p;         ///< transitions of the modes: one, or one for each step but the first
+  /// Transitions of the modes: one, or one for each step but the first.
+  std::vector<Eigen::MatrixXd> p;
   StateMap map;  ///< of systems with different states, else empty
 };
 
 /// A one-step filter, an IMM or a genie; immutable, so that threads may share it.
 class AnyFilter {
  public:
-  /// A bank of modes; not ok: `out` is empty.
+  /// A bank of modes; not ok: `out` is left as it was. wrong_size, too, if systems, chain,
+  /// transitions and map do not fit each other, or there are more than 32 states.
   [[nodiscard]] static ConfigStatus make(Method method, const FilterPlan& plan,
                                          std::unique_ptr<AnyFilter>& out);
   /// A genie that may know any of these modes.
@@ -30,8 +34,9 @@ class AnyFilter {
                                                std::unique_ptr<AnyFilter>& out);
 
   virtual ~AnyFilter() = default;
-  /// Runs some of the series; the others' outputs are left as they are. Room is taken from the
-  /// heap before the first step, none in the steps.
+  /// Runs some of the series; the others' outputs are left as they are. `in.T` is the number of
+  /// steps that the matrices are for, or any. Room is taken from the heap before the first step,
+  /// none in the steps.
   [[nodiscard]] virtual BatchStatus run(const BatchRequest& in, const BatchOutput& out) const = 0;
 };
 
@@ -40,10 +45,11 @@ class AnyFilter {
 class AnyLinearFilter {
  public:
   /// `nominal` (steps × n) or none.
-  AnyLinearFilter(const LinearSystem& system, const ModeChain& chain,
-                  const std::vector<Eigen::MatrixXd>& p, const Eigen::MatrixXd& nominal)
-      : system_(system), chain_(chain), p_(p), nominal_(nominal) {}
+  [[nodiscard]] static ConfigStatus make(const LinearSystem& system, const ModeChain& chain,
+                                         const std::vector<Eigen::MatrixXd>& p,
+                                         const Eigen::MatrixXd& nominal, AnyLinearFilter& out);
 
+  /// As `AnyFilter::run`; modes have no probabilities and the measurements no likelihood.
   [[nodiscard]] BatchStatus run(const BatchRequest& in, const BatchOutput& out) const;
 
  private:

@@ -37,7 +37,7 @@ class Filter {
 
   /// From now on the modes move by these transitions, rows before: for steps that differ in length.
   /// False, and nothing is changed, if a row is no law.
-  [[nodiscard]] bool set_transitions(const std::array<double, at(S::M* S::M)>& p) noexcept {
+  [[nodiscard]] bool set_transitions(std::array<double, at(S::M* S::M)> p) noexcept {
     for (int i = 0; i < S::M; ++i) {
       double sum = 0.0;
       for (int j = 0; j < S::M; ++j) {
@@ -45,6 +45,7 @@ class Filter {
         sum += p[at(i * S::M + j)];
       }
       if (!(std::abs(sum - 1.0) <= 1e-9)) return false;
+      for (int j = 0; j < S::M && sum != 1.0; ++j) p[at(i * S::M + j)] /= sum;
     }
     p_ = p;
     for (int i = 0; i < S::M; ++i)

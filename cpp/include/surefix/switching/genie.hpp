@@ -55,7 +55,7 @@ template <class S, class Row, class Factor, class Lane>
                                            GenieState<S, Lane>& state) noexcept {
   const Lane innovation = z - row.dot(state.merged.x);
   Innovation<Belief<S, Lane>> brought;
-  if (!update<Lanes<Lane>::count == 1>(state.merged, row, r, innovation, brought)) return false;
+  if (!update(state.merged, row, r, innovation, brought)) return false;
   state.squares += innovation * (innovation * brought.inverse);
   state.variances.multiply(brought.variance);
   return true;
@@ -106,7 +106,7 @@ SUREFIX_INLINE void keep_unread(const Lane& gamma, const Belief<S, Lane>& before
 }  // namespace detail
 
 /// A step of series whose measurements are complete; `transition` is null in the first one. False
-/// if an innovation's variance is not positive (of one series; packs always answer true).
+/// if an innovation's variance is not positive.
 template <class S, class O, class Lane>
 [[nodiscard]] SUREFIX_INLINE bool take_genie_step(const Transition<S>* transition,
                                                   const Observation<O>& observation,
@@ -155,9 +155,8 @@ class Genie {
     bool complete = true;
     loop<S::m>(static_cast<int>(z.size()), [&](int i) SUREFIX_LAMBDA { complete &= finite(z(i)); });
     if (!complete) return around_missing(transition, observation, mode, z, state, failed);
-    [[maybe_unused]] const bool unchecked =
-        take_genie_step(transition, observation, mode, z, state);
-    return Status::ok;
+    if (take_genie_step(transition, observation, mode, z, state)) return Status::ok;
+    return first_failure(observation, mode, z, state, failed);
   }
 
  private:
@@ -175,8 +174,8 @@ class Genie {
           filled(i)(l) = 0.0;
         }
     const GenieState<S, Pack<K>> before = state;
-    [[maybe_unused]] const bool unchecked =
-        take_genie_step(transition, observation, mode, filled, state);
+    if (!take_genie_step(transition, observation, mode, filled, state))
+      return first_failure(observation, mode, filled, state, failed);
     Measured<S> own(z.size());
     for (int l = 0; l < K; ++l) {
       if ((missing >> l & 1U) == 0) continue;
@@ -191,6 +190,21 @@ class Genie {
       copy_lane(state, l, single_, 0);
     }
     return Status::ok;
+  }
+
+  /// The lane in which a pack that has been predicted cannot be read.
+  template <int K>
+  [[nodiscard]] Status first_failure(const Observation<S>& observation,
+                                     const KnownMode<Pack<K>>& mode, const Measured<S, Pack<K>>& z,
+                                     const GenieState<S, Pack<K>>& state, int& failed) noexcept {
+    Measured<S> own = Measured<S>::Zero(z.size());
+    for (failed = 0; failed < K - 1; ++failed) {
+      for (int i = 0; i < static_cast<int>(z.size()); ++i) own(i) = z(i)(failed);
+      copy_lane(single_, 0, state, failed);
+      const KnownMode<double> known{mode.gamma(failed), mode.delta(failed), true};
+      if (alone(nullptr, observation, known, own, single_) != Status::ok) break;
+    }
+    return Status::numerical;
   }
 
   Observation<Reduced<S>> reduced_;

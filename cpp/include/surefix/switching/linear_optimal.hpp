@@ -25,7 +25,9 @@ struct LinearGain {
 /// What the gains of the next step are computed from. Offline: it uses the heap.
 ///
 /// γ need not be 0 or 1: where the paper has Pr(γ_{k+1} = 1 | γ_k = 1) stands
-/// E γ_{k+1} γ_k / E γ_k, and in (23c), (23e) E γ² where it multiplies H C Hᵀ.
+/// E γ_{k+1} γ_i / E γ_i, i the last step before with E γ_i ≠ 0, and in (23c), (23e) E γ² where it
+/// multiplies H C Hᵀ. What is carried is the error's covariance Σ = C − V, not V: far from the
+/// origin C and V are large and nearly equal.
 class LinearRecursion {
  public:
   /// Before the first measurement: x_0 ~ N(x0, P0), or about the nominal trajectory N(0, P0).
@@ -40,23 +42,39 @@ class LinearRecursion {
 
   /// E (x − x̂)(x − x̂)ᵀ (n × n), exact for this chain whether the filter is optimal or not.
   [[nodiscard]] Eigen::MatrixXd error() const;
-  /// The same if it is optimal: C − V.
-  [[nodiscard]] Eigen::MatrixXd error_if_optimal() const { return C_ - V_; }
-  /// Pr(γ_k = 1 | γ_i = 1) of the last step k, i the last one before it with E γ_i ≠ 0; 0 where
-  /// there is none.
-  [[nodiscard]] double p11() const noexcept { return p11_; }
+  /// The same if it is optimal: C − V of (23).
+  [[nodiscard]] const Eigen::MatrixXd& error_if_optimal() const noexcept { return Sigma_; }
   [[nodiscard]] double mean_gamma() const noexcept { return mean_gamma_; }
 
  private:
+  /// With e = x − x̂ and 1_j where the mode is j: E x xᵀ1_j, E e xᵀ1_j, E e eᵀ1_j, E e 1_j.
+  struct Moments {
+    Eigen::MatrixXd xx, ex, ee;
+    Eigen::VectorXd e;
+
+    void scale(double p) {
+      xx *= p;
+      ex *= p;
+      ee *= p;
+      e *= p;
+    }
+    void add(double p, const Moments& other) {
+      xx += p * other.xx;
+      ex += p * other.ex;
+      ee += p * other.ee;
+      e += p * other.e;
+    }
+  };
+
+  void move(const LinearStep& step, const Eigen::MatrixXd& p);
+
   ModeChain chain_;
-  Eigen::VectorXd law_;    // of the mode, in the last step
-  Eigen::VectorXd seen_;   // the same given γ_i
-  Eigen::MatrixXd C_, V_;  // E x xᵀ, E x̂ x̂ᵀ as the recursion (23d, e) has them
-  // For every mode j, with 1_j where it is the mode: E x xᵀ1_j, E x̂ xᵀ1_j, E x̂ x̂ᵀ1_j, E x̂ 1_j.
-  std::vector<Eigen::MatrixXd> xx_, ex_, ee_;
-  std::vector<Eigen::VectorXd> e_;
+  Eigen::VectorXd law_;        // of the mode, in the last step
+  Eigen::VectorXd seen_;       // the same given γ_i = 1 in the last step i with E γ_i ≠ 0
+  Eigen::MatrixXd C_, Sigma_;  // E x xᵀ, and C − V: the error's covariance as (23) has it
+  std::vector<Moments> modes_;
   bool nominal_;
-  double p11_ = 0.0, mean_gamma_ = 0.0;
+  double mean_gamma_ = 0.0;
 };
 
 /// Lemma 2: whether E γ_k γ_i / E γ_i, which is Pr(γ_k = 1 | γ_i = 1), is the same for all i < k.
@@ -65,7 +83,7 @@ struct LinearCondition {
   double lowest, highest;  ///< over all k and i of what should be one number for each k
   double spread;           ///< the largest difference between i for one k
   double p11;              ///< with i = k − 1, of the last step
-  int lags;                ///< k − i was looked at up to this
+  int lags;                ///< so many i with E γ_i ≠ 0 before k were looked at
 };
 
 /// Checks `steps` ≥ 2 measurements; `p` one matrix for all steps, or one for each but the first.

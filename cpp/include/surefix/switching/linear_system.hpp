@@ -42,10 +42,13 @@ template <class T>
 template <class S>
 class PreparedSystem {
  public:
-  /// Checks sizes and matrices; `system` has matrices that fit each other in number.
+  /// Checks sizes, numbers and matrices.
   [[nodiscard]] ConfigStatus make(const LinearSystem& system) {
     const int n = system.size(), m = system.measured();
     if (!fits(n, S::n, S::max_n) || !fits(m, S::m, S::max_m)) return ConfigStatus::wrong_size;
+    if (system.A.empty() != system.Q.empty() || system.H.empty() || system.R.empty() ||
+        !pair(system.A, system.Q) || !pair(system.H, system.R))
+      return ConfigStatus::wrong_size;
     if (system.P0.rows() != n || system.P0.cols() != n) return ConfigStatus::wrong_size;
     for (std::size_t k = 0; k < std::max(system.A.size(), system.Q.size()); ++k) {
       const Eigen::MatrixXd &A = of_step(system.A, static_cast<int>(k)),
@@ -80,6 +83,11 @@ class PreparedSystem {
   [[nodiscard]] int measured() const noexcept { return observations_.front().size(); }
 
  private:
+  /// As many of one as of the other, or one for all.
+  template <class T>
+  [[nodiscard]] static bool pair(const std::vector<T>& a, const std::vector<T>& b) noexcept {
+    return a.size() == b.size() || a.size() == 1 || b.size() == 1;
+  }
   [[nodiscard]] static bool fits(int size, int fixed, int most) noexcept {
     return size > 0 && (fixed == Eigen::Dynamic ? size <= most : size == fixed);
   }

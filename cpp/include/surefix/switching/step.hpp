@@ -8,17 +8,12 @@
 #include "surefix/core/predict.hpp"
 #include "surefix/core/status.hpp"
 #include "surefix/switching/likelihood.hpp"
+#include "surefix/switching/method.hpp"
 #include "surefix/switching/mixture.hpp"
 #include "surefix/switching/state.hpp"
 #include "surefix/switching/state_map.hpp"
 
 namespace surefix::switching {
-
-/// What a mode starts a step from.
-enum class Method : std::uint8_t {
-  one_step,  ///< the merged estimate, the same for all modes
-  imm,       ///< its own mixture of the modes before (17), (18)
-};
 
 /// How state and mode have moved since the step before, with one system or one for every mode. The
 /// first step has no transitions.
@@ -102,24 +97,40 @@ SUREFIX_INLINE void merge(const Step<S>& step, State<S, Lane>& to, int M) noexce
   }
 }
 
-/// Lanes, as bits, whose step has to be taken again in logarithms: a probability or a density has
-/// come near the end of the numbers.
+/// The signs that a plain step may not hold, lane by lane.
 template <class Lane>
-[[nodiscard]] SUREFIX_INLINE std::uint32_t unusual(const Lane& fall, const Lane& least_prior,
-                                                   const Lane& total) noexcept {
-  constexpr double deepest = -300.0, smallest = 1e-200, largest = 1e200;
-  if (finite(fall) && least(fall) >= deepest && least(least_prior) >= smallest_plain &&
-      within(total, smallest, largest))
-    return 0;
-  std::uint32_t bits = 0;
-  for (int i = 0; i < Lanes<Lane>::count; ++i) {
-    using L = Lanes<Lane>;
-    const bool usual = L::get(fall, i) >= deepest && L::get(least_prior, i) >= smallest_plain &&
-                       L::get(total, i) >= smallest && L::get(total, i) <= largest;
-    if (!usual) bits |= std::uint32_t{1} << i;
+struct Signs {
+  Lane fall;             // the lowest exponent less the greatest
+  Lane least_prior;      // of the modes that may be entered
+  Lane least_posterior;  // the same after the measurement
+  Lane total;            // density of the measurement, less the greatest exponent
+  Lane estimate;         // Σ x + Σ P_ii, finite as long as they are
+
+  [[nodiscard]] SUREFIX_INLINE bool good() const noexcept {
+    return finite(fall) && finite(estimate) && least(fall) >= deepest &&
+           least(least_prior) >= smallest_plain && least(least_posterior) >= smallest_posterior &&
+           within(total, smallest, largest);
   }
-  return bits;
-}
+  [[nodiscard]] bool good(int lane) const noexcept {
+    using L = Lanes<Lane>;
+    return L::get(fall, lane) >= deepest && finite(L::get(estimate, lane)) &&
+           L::get(least_prior, lane) >= smallest_plain &&
+           L::get(least_posterior, lane) >= smallest_posterior && L::get(total, lane) >= smallest &&
+           L::get(total, lane) <= largest;
+  }
+  /// The lanes, as bits, that have to take their step in logarithms.
+  [[nodiscard]] SUREFIX_INLINE std::uint32_t bad() const noexcept {
+    if (good()) return 0;
+    std::uint32_t bits = 0;
+    for (int i = 0; i < Lanes<Lane>::count; ++i)
+      if (!good(i)) bits |= std::uint32_t{1} << i;
+    return bits;
+  }
+
+ private:
+  static constexpr double deepest = -300.0, smallest = 1e-200, largest = 1e200;
+  static constexpr double smallest_posterior = 1e-290;
+};
 
 /// What every mode makes of z: its belief, and the exponent and factor of its density (of γ = 0
 /// the exponent alone). False if an innovation's variance is not positive.
@@ -188,8 +199,17 @@ SUREFIX_INLINE std::uint32_t take_step(const Step<S>& step,
   merge(step, to, M);
 
   to.evidence.follow(from.evidence, total, shift, static_cast<int>(z.size()));
+  Lane least_posterior = Lanes<Lane>::all(1.0);
+  if constexpr (S::m != 1)  // δ^{-m/2} of many components may be below all else
+    for (int j = 0; j < M; ++j) {
+      const Lane posterior = to.law.mode[at(j)] + modes.impossible(j);
+      least_posterior = smaller(least_posterior, posterior);
+    }
+  const Lane estimate = sum_of<S::n, Lane>(to.merged.size(), [&](int i) SUREFIX_LAMBDA {
+    return Lane(to.merged.x(i) + to.merged.P(i, i));
+  });
   const Lane fall = lowest - shift;
-  return unusual(fall, least_prior, total);
+  return Signs<Lane>{fall, least_prior, least_posterior, total, estimate}.bad();
 }
 
 /// The same in logarithms, for one series. False if an innovation's variance is not positive or no

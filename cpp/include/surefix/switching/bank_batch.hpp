@@ -1,61 +1,12 @@
-// Many series of one length through one filter: packs of eight side by side, time outermost.
+// A bank of modes over many series.
 #pragma once
 
-#include <cstdint>
-#include <limits>
-
-#include "surefix/switching/genie.hpp"
+#include "surefix/switching/batch_request.hpp"
 #include "surefix/switching/linear_system.hpp"
 #include "surefix/switching/panel.hpp"
 #include "surefix/switching/recursion.hpp"
 
 namespace surefix::switching {
-
-/// Series `first` to `last` − 1 of arrays in C order.
-struct BatchRequest {
-  const double* z;            ///< (runs, T, m), NaN: missing
-  const std::int32_t* modes;  ///< (runs, T) of a genie that knows them; null: all healthy
-  std::int64_t first, last;
-  int T;
-};
-
-/// Where a batch writes; null: not wanted.
-struct BatchOutput {
-  double* x;               ///< (runs, T, n)
-  double* P;               ///< (runs, T, n, n)
-  double* mode;            ///< (runs, T, M)
-  double* log_likelihood;  ///< (runs)
-};
-
-/// How it went: a status, and the run and step at which it is not ok.
-struct BatchStatus {
-  Status status = Status::ok;
-  std::int64_t run = -1;
-  int step = -1;
-};
-
-namespace detail {
-
-inline constexpr int width = 8;  // series in a pack
-
-/// All lanes of `to` ← the same belief.
-template <class To, class From>
-void spread(To& to, const From& from) noexcept {
-  for (int l = 0; l < Lanes<typename To::Scalar>::count; ++l) copy_lane(to, l, from, 0);
-}
-
-/// Packs of the range, then what remains of it: alone, or as a pack that is not full.
-template <class Together, class Alone>
-BatchStatus over_runs(const BatchRequest& in, Together&& together, Alone&& alone) {
-  std::int64_t run = in.first;
-  BatchStatus status;
-  for (; in.last - run >= 3 && status.status == Status::ok; run += width)
-    status = together(run, static_cast<int>(std::min<std::int64_t>(width, in.last - run)));
-  for (; run < in.last && status.status == Status::ok; ++run) status = alone(run);
-  return status;
-}
-
-}  // namespace detail
 
 /// A bank of modes (one-step or IMM) over whole series.
 template <class S>
@@ -198,92 +149,6 @@ class BankBatch {
   std::vector<std::vector<double>> p_;
   StateMap map_;
   bool varying_ = false;  // matrices differ from step to step
-};
-
-/// The genie over whole series.
-template <class S>
-class GenieBatch {
- public:
-  [[nodiscard]] ConfigStatus make(const LinearSystem& system, const std::vector<Mode>& modes) {
-    modes_ = modes;
-    return system_.make(system);
-  }
-
-  [[nodiscard]] BatchStatus run(const BatchRequest& in, const BatchOutput& out) const {
-    using P = Pack<detail::width>;
-    Genie<S> genie;
-    return detail::over_runs(
-        in,
-        [&](std::int64_t run, int lanes) {
-          int failed = 0;
-          const auto take = [&](const auto* transition, const Observation<S>& observation,
-                                const KnownMode<P>& mode, const Measured<S, P>& z,
-                                GenieState<S, P>& state) SUREFIX_LAMBDA {
-            return genie.template together<detail::width>(transition, observation, mode, z, state,
-                                                          failed);
-          };
-          BatchStatus status = series<P>(in, out, run, lanes, take);
-          if (status.status != Status::ok) status.run = run + std::min(failed, lanes - 1);
-          return status;
-        },
-        [&](std::int64_t run) {
-          const auto take =
-              [&](const auto* transition, const Observation<S>& observation,
-                  const KnownMode<double>& mode, const Measured<S>& z, GenieState<S, double>& state)
-                  SUREFIX_LAMBDA { return genie.alone(transition, observation, mode, z, state); };
-          return series<double>(in, out, run, 1, take);
-        });
-  }
-
- private:
-  template <class Lane, class Take>
-  SUREFIX_INLINE BatchStatus series(const BatchRequest& in, const BatchOutput& out,
-                                    std::int64_t run, int lanes, Take&& take) const {
-    const int m = system_.measured();
-    Measured<S, Lane> z(m);
-    Panel<Lane> measured(m);
-    Estimates<Lane> kept(system_.size(), 0);
-    GenieState<S, Lane> state;
-    detail::spread(state.merged, system_.initial());
-    KnownMode<Lane> mode{Lanes<Lane>::all(1.0), Lanes<Lane>::all(1.0), true};
-    for (int first = 0; first < in.T; first += Panel<Lane>::depth) {
-      const int count = std::min(Panel<Lane>::depth, in.T - first);
-      measured.read(in.z, run, lanes, in.T, first, count);
-      for (int s = 0; s < count; ++s) {
-        const int k = first + s;
-        if (in.modes != nullptr) know(in, run, lanes, k, mode);
-        loop<S::m>(m, [&](int i) SUREFIX_LAMBDA { z(i) = measured(s, i); });
-        const Status status =
-            take(k > 0 ? &system_.transition(k) : nullptr, system_.observation(k), mode, z, state);
-        if (status != Status::ok) return {status, run, k};
-        kept.keep(s, state.merged);
-      }
-      int lane = 0;
-      const int bad = kept.first_overflow(state.merged, count, lanes, lane);
-      if (bad >= 0) return {Status::numerical, run + lane, first + bad};
-      kept.x.write(out.x, run, lanes, in.T, first, count);
-      kept.P.write(out.P, run, lanes, in.T, first, count);
-    }
-    if (out.log_likelihood != nullptr)
-      for (int l = 0; l < lanes; ++l) out.log_likelihood[run + l] = state.log_likelihood(l);
-    return {};
-  }
-
-  template <class Lane>
-  void know(const BatchRequest& in, std::int64_t run, int lanes, int k,
-            KnownMode<Lane>& mode) const noexcept {
-    using L = Lanes<Lane>;
-    for (int l = 0; l < L::count; ++l) {
-      const std::int64_t own = run + std::min(l, lanes - 1);
-      const Mode& known = modes_[static_cast<std::size_t>(in.modes[own * in.T + k])];
-      L::set(mode.gamma, l, known.gamma);
-      L::set(mode.delta, l, known.delta);
-    }
-    mode.same = L::count == 1;
-  }
-
-  PreparedSystem<S> system_;
-  std::vector<Mode> modes_;
 };
 
 }  // namespace surefix::switching
