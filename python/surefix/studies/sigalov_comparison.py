@@ -17,7 +17,6 @@ from surefix.studies.sigalov_examples import NAMES, Example, Simulated
 from surefix.studies.sigalov_figure import make_figure
 
 FIRST, LAST = 10, 60  # steps that count
-NORMAL = 1.959964  # quantile of 95 %, two-sided
 PAIRS = (
     ("one_step", "linear"),
     ("imm4", "one_step"),
@@ -67,7 +66,7 @@ def ratio(over: FloatArray, under: FloatArray) -> tuple[FloatArray, FloatArray]:
     mean = under.mean(axis=0)
     found = over.mean(axis=0) / mean
     deviation = (over - found * under).std(axis=0, ddof=1) / np.sqrt(len(over))
-    return found, NORMAL * deviation / mean
+    return found, sf.two_sided_quantile(0.05) * deviation / mean
 
 
 def _ratios(squared: dict[str, FloatArray]) -> dict[str, Any]:

@@ -48,8 +48,7 @@ void copy_lane(GenieState<S, To>& to, int target, const GenieState<S, From>& fro
 
 namespace detail {
 
-/// Reads one scalar. Of packs S is not looked at: it is positive unless a prediction has
-/// overflowed, which the batch sees in what comes out.
+/// Reads one scalar. False if the innovation's variance is not positive.
 template <class S, class Row, class Factor, class Lane>
 [[nodiscard]] SUREFIX_INLINE bool read_row(const Row& row, const Factor& r, const Lane& z,
                                            GenieState<S, Lane>& state) noexcept {

@@ -51,8 +51,6 @@ class ModeTable {
   [[nodiscard]] double gamma(int mode) const noexcept { return gamma_[at(mode)]; }
   /// Of a mode whose measurement depends on the state: there is one branch.
   [[nodiscard]] double delta(int mode) const noexcept { return greatest_[at(mode)]; }
-  /// The greatest δ of a mode's branches.
-  [[nodiscard]] double greatest(int mode) const noexcept { return greatest_[at(mode)]; }
   /// γ ≠ 0: the measurement depends on the state.
   [[nodiscard]] bool reads(int mode) const noexcept { return reads_[at(mode)] != 0; }
   /// −½ / δ, of the greatest δ.

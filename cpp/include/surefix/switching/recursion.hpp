@@ -25,7 +25,6 @@ class Recursion {
     to_.make(modes.size());
   }
 
-  [[nodiscard]] const ModeTable<S>& modes() const noexcept { return modes_; }
   /// There are transitions in which the mode may be entered.
   void allow(int mode) noexcept { modes_.allow(mode); }
 

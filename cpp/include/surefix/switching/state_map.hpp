@@ -13,7 +13,7 @@ namespace surefix::switching {
 /// A state that the mode before did not have begins as N(mean, variance), independent of all else;
 /// one that the mode after does not have is left out.
 struct StateMap {
-  std::vector<std::vector<int>> states;  // of every mode: the numbers of its states, ascending
+  std::vector<std::vector<int>> states;  // of every mode: the numbers of its states
   std::vector<int> all;                  // every number
   std::vector<double> mean, variance;    // of each number, where it begins
 
