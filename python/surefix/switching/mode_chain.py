@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -186,24 +186,18 @@ class ModeChain:
         steps = self.steps
         law = _core.stationary(self.transition) if steps is None else self.law(steps).mean(axis=0)
         law = self.initial if law is None else law
-        made = self.engine.lumped(sets, law)
-        if isinstance(made, tuple):
-            _, mode, _, gamma = made
+        parts = [self._engine_of(P).lumped(sets, law) for P in self.p]
+        lumped = [part for part in parts if isinstance(part, _core.ModeChainEngine)]
+        if not lumped:  # it is the groups that are wrong, so all of them are
+            _, mode, _, gamma = cast(tuple[str, int, int, float], parts[0])
             what = f"mode {mode} of gamma {gamma:g}" if gamma else f"mode {mode}, or an empty group"
             raise ConfigError(
                 f"groups: expected each of {self.size} modes in one group, several in one only if "
                 f"their gamma is 0; got {what} in {sets}"
             )
+        P = np.array([part.transition for part in lumped])
         chain = ModeChain.__new__(ModeChain)
-        if steps is None:
-            chain._set(made, made.transition)
-            return chain
-        member = np.array([[i in group for i in range(self.size)] for group in sets], dtype=float)
-        share = member * law
-        total = share.sum(axis=1, keepdims=True)
-        share = np.where(total > 0, share / np.where(total > 0, total, 1.0),
-                         member / member.sum(axis=1, keepdims=True))  # fmt: skip
-        chain._set(made, _transitions("transition", share @ self.p @ member.T, len(sets)))
+        chain._set(lumped[0], P[0] if steps is None else P)
         return chain
 
     def lumped_interruptions(self) -> ModeChain:
@@ -229,6 +223,10 @@ class ModeChain:
             state["gamma"], state["branches"], checks.per_step(P)[0], state["initial"]
         )
         self._set(engine, P)
+
+    def _engine_of(self, P: FloatArray) -> _core.ModeChainEngine:
+        """The engine's chain with these transitions of one step."""
+        return _core.ModeChainEngine.restore(self.engine.gamma, self.branches, P, self.initial)
 
 
 def _pairs(modes: Any) -> list[tuple[float, float]]:
