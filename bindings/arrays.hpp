@@ -30,6 +30,18 @@ inline Eigen::VectorXd vector(const Array& array) {
   return Eigen::Map<const Eigen::VectorXd>(array.data(), array.shape(0));
 }
 
+/// (k, rows, columns) as k matrices.
+inline std::vector<Eigen::MatrixXd> matrices(const Array& array) {
+  if (array.ndim() != 3) throw std::invalid_argument("expected matrices of all steps");
+  std::vector<Eigen::MatrixXd> out;
+  for (py::ssize_t k = 0; k < array.shape(0); ++k) {
+    out.emplace_back(array.shape(1), array.shape(2));
+    for (py::ssize_t i = 0; i < array.shape(1); ++i)
+      for (py::ssize_t j = 0; j < array.shape(2); ++j) out.back()(i, j) = array.at(k, i, j);
+  }
+  return out;
+}
+
 template <class Derived>
 Array to_numpy(const Eigen::MatrixBase<Derived>& value) {
   if (Derived::ColsAtCompileTime == 1) {
@@ -93,6 +105,7 @@ class Block {
 
 void bind_core(py::module_& module);
 void bind_desync(py::module_& module);
+void bind_drift(py::module_& module);
 void bind_robust(py::module_& module);
 void bind_switching(py::module_& module);
 

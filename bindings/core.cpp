@@ -3,6 +3,7 @@
 #include "arrays.hpp"
 #include "surefix/core/any_system.hpp"
 #include "surefix/core/distributions.hpp"
+#include "surefix/core/linear_system.hpp"
 
 namespace surefix::bindings {
 namespace {
@@ -76,6 +77,11 @@ py::tuple system_row(const AnySystem& system, int sensor, const Array& x) {
   return py::make_tuple(to_numpy(row), reading.predicted);
 }
 
+LinearSystem make_linear(const Array& A, const Array& Q, const Array& H, const Array& R,
+                         const Array& x0, const Array& P0) {
+  return {matrices(A), matrices(Q), matrices(H), matrices(R), vector(x0), matrix(P0)};
+}
+
 }  // namespace
 
 void bind_core(py::module_& module) {
@@ -109,6 +115,11 @@ void bind_core(py::module_& module) {
           py::arg("F"), py::arg("Q"), py::arg("period"))
       .def_property_readonly("size", &AnyModel::state_size)
       .def("transition", &transition, py::arg("elapsed"));
+
+  module.attr("MAX_LINEAR_SIZE") = AnyLinearSizes::max_n;
+  py::class_<LinearSystem>(module, "LinearSystemEngine")
+      .def(py::init(&make_linear), py::arg("A"), py::arg("Q"), py::arg("H"), py::arg("R"),
+           py::arg("x0"), py::arg("P0"));
 
   py::class_<AnySystem>(module, "System")
       .def(py::init(&make_system), py::arg("model"), py::arg("observes"), py::arg("sigma"),

@@ -5,6 +5,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = SUREFIX_VERSION;
   surefix::bindings::bind_core(module);
   surefix::bindings::bind_desync(module);
+  surefix::bindings::bind_drift(module);
   surefix::bindings::bind_robust(module);
   surefix::bindings::bind_switching(module);
 }

@@ -9,23 +9,6 @@ namespace {
 
 using namespace surefix::switching;
 
-/// (k, rows, columns) as k matrices.
-std::vector<Eigen::MatrixXd> matrices(const Array& array) {
-  if (array.ndim() != 3) throw std::invalid_argument("expected matrices of all steps");
-  std::vector<Eigen::MatrixXd> out;
-  for (py::ssize_t k = 0; k < array.shape(0); ++k) {
-    out.emplace_back(array.shape(1), array.shape(2));
-    for (py::ssize_t i = 0; i < array.shape(1); ++i)
-      for (py::ssize_t j = 0; j < array.shape(2); ++j) out.back()(i, j) = array.at(k, i, j);
-  }
-  return out;
-}
-
-LinearSystem make_system(const Array& A, const Array& Q, const Array& H, const Array& R,
-                         const Array& x0, const Array& P0) {
-  return {matrices(A), matrices(Q), matrices(H), matrices(R), vector(x0), matrix(P0)};
-}
-
 /// What is wrong, its row, column and value.
 py::tuple problem(const ChainStatus& status) {
   static constexpr std::array<const char*, 9> names{"ok",      "wrong_size", "gamma",
@@ -101,10 +84,6 @@ py::tuple run(const Filter& filter, const py::array_t<double, py::array::c_style
 }  // namespace
 
 void bind_switching(py::module_& module) {
-  py::class_<LinearSystem>(module, "LinearSystemEngine")
-      .def(py::init(&make_system), py::arg("A"), py::arg("Q"), py::arg("H"), py::arg("R"),
-           py::arg("x0"), py::arg("P0"));
-
   py::class_<StateMap>(module, "StateMap")
       .def(py::init([](const std::vector<std::vector<int>>& states, const std::vector<double>& mean,
                        const std::vector<double>& variance) {
@@ -231,8 +210,6 @@ void bind_switching(py::module_& module) {
           py::arg("system"), py::arg("chain"), py::arg("p"), py::arg("nominal"))
       .def("run", &run<AnyLinearFilter>, py::arg("z").noconvert(), py::arg("modes"), py::arg("n"),
            py::arg("M"), py::arg("threads"));
-
-  module.attr("MAX_SWITCHING_SIZE") = AnySizes::max_n;
 }
 
 }  // namespace surefix::bindings

@@ -162,7 +162,7 @@ class RobustEngine:
     def save(self) -> dict[str, Any]: ...
     def restore(self, saved: dict[str, Any]) -> str: ...
 
-MAX_SWITCHING_SIZE: int
+MAX_LINEAR_SIZE: int
 
 class LinearSystemEngine:
     def __init__(
@@ -253,3 +253,91 @@ class LinearFilterEngine:
     def run(
         self, z: _Floats, modes: npt.NDArray[np.int32] | None, n: int, M: int, threads: int
     ) -> tuple[_Floats, _Floats, _Floats, _Floats, str, int, int]: ...
+
+DETECTABLE: float
+MAX_PROFILE_STATES: int
+
+class DriftProfile:
+    def __init__(self, A: npt.ArrayLike, output: npt.ArrayLike, onset: npt.ArrayLike) -> None: ...
+    @staticmethod
+    def pulse() -> DriftProfile: ...
+    def states(self, elapsed: npt.ArrayLike) -> _Floats: ...
+
+class DriftRecord:
+    @staticmethod
+    def of_system(
+        system: LinearSystemEngine,
+        z: npt.ArrayLike,
+        inputs: npt.ArrayLike | None,
+        times: npt.ArrayLike,
+    ) -> DriftRecord | str: ...
+    @staticmethod
+    def of_log(
+        system: System,
+        x0: npt.ArrayLike,
+        P0: npt.ArrayLike,
+        start: int | None,
+        stamp: _Times,
+        sensor: npt.NDArray[np.int32],
+        value: _Floats,
+    ) -> tuple[DriftRecord, npt.NDArray[np.uint8]]: ...
+    @property
+    def size(self) -> int: ...
+    @property
+    def mixed(self) -> bool: ...
+    @property
+    def innovations(self) -> _Floats: ...
+    @property
+    def log_likelihood(self) -> _Floats: ...
+    @property
+    def ids(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def inverse(self) -> _Floats: ...
+    def whiten(self, innovations: npt.ArrayLike, threads: int) -> _Floats: ...
+    def precision(self) -> _Floats: ...
+    def onsets(
+        self, profile: DriftProfile, direction: npt.ArrayLike
+    ) -> tuple[npt.NDArray[np.int64], _Floats, _Floats] | None: ...
+    def scan(
+        self,
+        profile: DriftProfile,
+        direction: npt.ArrayLike,
+        innovations: npt.ArrayLike,
+        onsets: int,
+        threads: int,
+    ) -> _Floats | None: ...
+    def response(
+        self, profile: DriftProfile, direction: npt.ArrayLike, measurement: int
+    ) -> _Floats | None: ...
+    def spectrum(
+        self,
+        direction: npt.ArrayLike,
+        omega: npt.ArrayLike,
+        innovations: npt.ArrayLike,
+        threads: int,
+    ) -> tuple[_Floats, _Floats, _Floats]: ...
+    def wave(self, direction: npt.ArrayLike, omega: float) -> _Floats: ...
+
+class GradientEngine:
+    def __init__(self, system: LinearSystemEngine) -> None: ...
+    def run(self, z: object, inputs: object) -> _Floats | None: ...
+
+MAX_SEARCHES: int
+
+class SlidingEngine:
+    def __init__(
+        self,
+        system: System,
+        x: npt.ArrayLike,
+        P: npt.ArrayLike,
+        start: int | None,
+        capacity: int,
+        window: int,
+    ) -> None: ...
+    def add(self, profile: DriftProfile, direction: npt.ArrayLike, false_alarm: float) -> str: ...
+    def push(self, stamp: int, sensor: int, value: float, id: int) -> int: ...
+    def estimate(self, time: int) -> tuple[str, _Floats, _Floats]: ...
+    def look(self, search: int) -> tuple[str, int, float, float, _Floats, _Floats, int]: ...
+    def clear(self) -> None: ...
+    @property
+    def size(self) -> int: ...

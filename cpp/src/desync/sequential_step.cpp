@@ -59,7 +59,7 @@ Status CompositeStep::sequential(const VectorXd& x, const MatrixXd& P, const Vec
 
   Index row = 0;
   for (std::size_t i = 0; i < legs_.size(); ++i) {
-    predict(belief, DenseTransition<Eigen::Dynamic>{legs_[i].F, legs_[i].Q});
+    predict(belief, DenseTransition<Eigen::Dynamic>{{legs_[i].F}, legs_[i].Q});
     const VectorXd input = u.segment(p * static_cast<Index>(i), p);
     belief.x += legs_[i].G * input;
     if (i == observations_.size()) break;
@@ -103,7 +103,7 @@ Status CompositeStep::sequential(const VectorXd& x, const MatrixXd& P, const Vec
       precision[i](b, b) = w.precision;
     }
     mirror(precision[i]);
-    const DenseTransition<Eigen::Dynamic> transition{legs_[i].F, legs_[i].Q};
+    const DenseTransition<Eigen::Dynamic> transition{{legs_[i].F}, legs_[i].Q};
     transition.apply_transposed(adjoint.lambda);
     propagate_transposed(adjoint.Lambda, transition);
   }

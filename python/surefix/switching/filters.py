@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
+from surefix.core.linear_system import LinearSystem
 from surefix.errors import ConfigError, ShapeError
 from surefix.switching import series
-from surefix.switching.linear_system import LinearSystem
 from surefix.switching.mode_chain import ModeChain
 from surefix.switching.result import SwitchingResult
 
@@ -166,9 +166,9 @@ def _states(
             f"got none of {which}"
         )
     union = tuple(dict.fromkeys(name for names in known for name in names))
-    if len(union) > _core.MAX_SWITCHING_SIZE:
+    if len(union) > _core.MAX_LINEAR_SIZE:
         raise ShapeError(
-            f"systems: expected at most {_core.MAX_SWITCHING_SIZE} different states in all, "
+            f"systems: expected at most {_core.MAX_LINEAR_SIZE} different states in all, "
             f"got {len(union)}: {', '.join(union)}"
         )
     partial = [name for name in union if any(name not in names for names in known)]

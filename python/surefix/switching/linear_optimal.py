@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
+from surefix.core.linear_system import LinearSystem
 from surefix.switching import series
-from surefix.switching.linear_system import LinearSystem
 from surefix.switching.mode_chain import ModeChain
 from surefix.switching.result import SwitchingResult
 

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from surefix.core import checks
 from surefix.core.checks import FloatArray
+from surefix.core.linear_system import LinearSystem
 from surefix.errors import ConfigError, NumericalError, ShapeError
-from surefix.switching.linear_system import LinearSystem
 from surefix.switching.mode_chain import ModeChain
 from surefix.switching.result import SwitchingResult
 

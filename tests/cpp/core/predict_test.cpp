@@ -31,7 +31,7 @@ TEST(Predict, IsFPFtPlusQ) {
     expect_textbook<2>(ChainTransition<2>(dt, 0.1), random);
     expect_textbook<3>(ChainTransition<3>(dt, 0.1), random);
     const Eigen::MatrixXd F = random_matrix(random, 6, 6), Q = random_covariance(random, 6);
-    expect_textbook<6>(DenseTransition<6>{F, Q}, random);
+    expect_textbook<6>(DenseTransition<6>{{F}, Q}, random);
   }
 }
 
@@ -40,7 +40,7 @@ TEST(Predict, TransposedIsFtLambdaF) {
   const Eigen::MatrixXd F = random_matrix(random, 6, 6), Q = random_covariance(random, 6);
   Eigen::Matrix<double, 6, 6> Lambda = random_covariance(random, 6);
   const Eigen::MatrixXd expected = F.transpose() * Lambda * F;
-  propagate_transposed(Lambda, DenseTransition<6>{F, Q});
+  propagate_transposed(Lambda, DenseTransition<6>{{F}, Q});
   EXPECT_LT(error(Lambda, expected), 1e-14);
   EXPECT_TRUE(exactly_symmetric(Lambda));
 }

@@ -21,7 +21,7 @@ class DiscreteModel {
 
   /// F (n × n), Q (n × n, exactly symmetric, positive semidefinite) over `period` > 0 [ns].
   DiscreteModel(const Matrix& F, const Matrix& Q, Time period) noexcept
-      : one_{F, Q}, period_(period) {}
+      : one_{{F}, Q}, period_(period) {}
 
   [[nodiscard]] ConfigStatus check() const noexcept {
     const Matrix &F = one_.F, &Q = one_.Q;

@@ -8,17 +8,14 @@
 
 namespace surefix {
 
-/// F (n × n) and Q (n × n, symmetric) of one duration; `StoredN`: room for them in it, or
-/// Eigen::Dynamic for room on the heap, as large as they are.
-template <int N, int MaxN = N, int StoredN = MaxN>
-struct DenseTransition {
-  using Matrix = typename Gaussian<N, double, StoredN>::Matrix;
+/// What a transition by a matrix F does to columns. `Matrix`: one of its own, or a view of one.
+template <int N, int MaxN, class Matrix>
+struct MatrixTransition {
   /// As many components of V's scalar, a double or a pack.
   template <class V>
   using Column = typename Gaussian<N, typename std::decay_t<V>::Scalar, MaxN>::Vector;
 
   Matrix F;
-  Matrix Q;
 
   template <class V>
   SUREFIX_INLINE void apply(V&& v) const noexcept {
@@ -40,13 +37,6 @@ struct DenseTransition {
     for (int i = 0; i < n; ++i) v(i) = result(i);
   }
 
-  template <class M>
-  void add_noise(M& P) const noexcept {
-    const int n = static_cast<int>(Q.rows());
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i) P(i, j) += Q(i, j);
-  }
-
  private:
   template <class V>
   void multiply(V& v) const noexcept {
@@ -56,6 +46,22 @@ struct DenseTransition {
     for (int j = 1; j < n; ++j)
       for (int i = 0; i < n; ++i) result(i) += F(i, j) * v(j);
     for (int i = 0; i < n; ++i) v(i) = result(i);
+  }
+};
+
+/// F (n × n) and Q (n × n, symmetric) of one duration; `StoredN`: room for them in it, or
+/// Eigen::Dynamic for room on the heap, as large as they are.
+template <int N, int MaxN = N, int StoredN = MaxN>
+struct DenseTransition : MatrixTransition<N, MaxN, typename Gaussian<N, double, StoredN>::Matrix> {
+  using Matrix = typename Gaussian<N, double, StoredN>::Matrix;
+
+  Matrix Q;
+
+  template <class M>
+  void add_noise(M& P) const noexcept {
+    const int n = static_cast<int>(Q.rows());
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) P(i, j) += Q(i, j);
   }
 };
 

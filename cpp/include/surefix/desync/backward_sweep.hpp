@@ -54,37 +54,54 @@ struct Whitened {
   double precision;
 };
 
-/// One measurement backward: returns its `Whitened` and takes it into the adjoint.
-template <class Belief, class Row>
-SUREFIX_INLINE Whitened sweep_back(Adjoint<Belief>& adjoint, const Row& h,
-                                   const Innovation<Belief>& innovation) noexcept {
-  const auto& k = innovation.gain;
-  auto& Lambda = adjoint.Lambda;
-  constexpr int N = Belief::fixed_size;
+/// The mean's part of a sweep over one measurement with row h, gain k and 1/S: returns
+/// w = (Γ⁻¹γ)_i and takes it into λ, all of them lanes.
+template <int N, class V, class Row, class Gain, class Lane>
+[[nodiscard]] SUREFIX_INLINE Lane sweep_mean(V& lambda, const Row& h, const Gain& k, double inverse,
+                                             const Lane& innovation) noexcept {
   const int n = static_cast<int>(k.size());
-  typename Belief::Vector m = k;  // Λ k
+  Lane adjoint_gain = lambda(0) * k(0);
+  loop<N>(n, [&](int i) SUREFIX_LAMBDA {
+    if (i > 0) adjoint_gain += lambda(i) * k(i);
+  });
+  const Lane w = innovation * inverse - adjoint_gain;
+  h.for_each([&](int i, double hi) SUREFIX_LAMBDA { lambda(i) += hi * w; });
+  return w;
+}
+
+/// The covariance's part: returns D = (Γ⁻¹)_ii, leaves m = Λ k, and takes both into Λ.
+template <int N, class M, class V, class Row, class Gain>
+[[nodiscard]] SUREFIX_INLINE double sweep_precision(M& Lambda, const Row& h, const Gain& k,
+                                                    double inverse, V& m) noexcept {
+  const int n = static_cast<int>(k.size());
   loop<N>(n, [&](int i) SUREFIX_LAMBDA { m(i) = Lambda(i, 0) * k(0); });
   loop<N>(n, [&](int j) SUREFIX_LAMBDA {
     if (j > 0) loop<N>(n, [&](int i) SUREFIX_LAMBDA { m(i) += Lambda(i, j) * k(j); });
   });
-  double adjoint_gain = 0.0, quadratic = 0.0;
-  loop<N>(n, [&](int i) SUREFIX_LAMBDA {
-    adjoint_gain += adjoint.lambda(i) * k(i);
-    quadratic += m(i) * k(i);
-  });
-  const double inverse = 1.0 / innovation.variance;
-  const Whitened w{innovation.value * inverse - adjoint_gain, inverse + quadratic};
+  double quadratic = 0.0;
+  loop<N>(n, [&](int i) SUREFIX_LAMBDA { quadratic += m(i) * k(i); });
+  const double D = inverse + quadratic;
 
   // (I − kh)ᵀ Λ (I − kh) + hᵀh/S = Λ − hᵀmᵀ − m h + D hᵀh: rows and columns where h is not zero.
   h.for_each([&](int i, double hi) SUREFIX_LAMBDA {
-    adjoint.lambda(i) += hi * w.value;
     loop<N>(n, [&](int j) SUREFIX_LAMBDA { Lambda(i, j) -= hi * m(j); });
     loop<N>(n, [&](int j) SUREFIX_LAMBDA { Lambda(j, i) -= hi * m(j); });
   });
   h.for_each([&](int i, double hi) SUREFIX_LAMBDA {
-    h.for_each([&](int j, double hj) SUREFIX_LAMBDA { Lambda(i, j) += w.precision * (hi * hj); });
+    h.for_each([&](int j, double hj) SUREFIX_LAMBDA { Lambda(i, j) += D * (hi * hj); });
   });
-  return w;
+  return D;
+}
+
+/// One measurement backward: returns its `Whitened` and takes it into the adjoint.
+template <class Belief, class Row>
+SUREFIX_INLINE Whitened sweep_back(Adjoint<Belief>& adjoint, const Row& h,
+                                   const Innovation<Belief>& innovation) noexcept {
+  constexpr int N = Belief::fixed_size;
+  typename Belief::Vector m = innovation.gain;
+  const double value =
+      sweep_mean<N>(adjoint.lambda, h, innovation.gain, innovation.inverse, innovation.value);
+  return {value, sweep_precision<N>(adjoint.Lambda, h, innovation.gain, innovation.inverse, m)};
 }
 
 /// Sweeps back over `count` records in the order of their validity; calls

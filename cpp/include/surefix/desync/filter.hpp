@@ -79,6 +79,8 @@ class Filter {
     estimate_noise(system_, records_.data(), used_, store);
   }
 
+  /// The records of the last step, `used()` of them in order of validity.
+  [[nodiscard]] const Record<System>* records() const noexcept { return records_.data(); }
   /// Number of measurements used in the last step.
   [[nodiscard]] std::size_t used() const noexcept { return used_; }
   [[nodiscard]] bool started() const noexcept { return started_; }

@@ -4,9 +4,9 @@
 
 #include <memory>
 
+#include "surefix/core/linear_system.hpp"
 #include "surefix/switching/batch_request.hpp"
 #include "surefix/switching/linear_optimal.hpp"
-#include "surefix/switching/linear_system.hpp"
 #include "surefix/switching/method.hpp"
 #include "surefix/switching/state_map.hpp"
 

@@ -1,8 +1,8 @@
 // A bank of modes over many series.
 #pragma once
 
+#include "surefix/core/linear_system.hpp"
 #include "surefix/switching/batch_request.hpp"
-#include "surefix/switching/linear_system.hpp"
 #include "surefix/switching/panel.hpp"
 #include "surefix/switching/recursion.hpp"
 

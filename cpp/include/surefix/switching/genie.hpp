@@ -4,11 +4,11 @@
 
 #include <cmath>
 
+#include "surefix/core/observation.hpp"
 #include "surefix/core/predict.hpp"
 #include "surefix/core/scaled_product.hpp"
 #include "surefix/core/status.hpp"
 #include "surefix/core/update.hpp"
-#include "surefix/switching/observation.hpp"
 #include "surefix/switching/state.hpp"
 
 namespace surefix::switching {

@@ -1,9 +1,9 @@
 // The genie over many series.
 #pragma once
 
+#include "surefix/core/linear_system.hpp"
 #include "surefix/switching/batch_request.hpp"
 #include "surefix/switching/genie.hpp"
-#include "surefix/switching/linear_system.hpp"
 #include "surefix/switching/mode_chain.hpp"
 #include "surefix/switching/panel.hpp"
 

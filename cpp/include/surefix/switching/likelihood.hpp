@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "surefix/core/exponential.hpp"
+#include "surefix/core/observation.hpp"
 #include "surefix/core/update.hpp"
 #include "surefix/switching/mode_table.hpp"
-#include "surefix/switching/observation.hpp"
 
 namespace surefix::switching {
 

@@ -1,4 +1,4 @@
-#include "surefix/switching/observation.hpp"
+#include "surefix/core/observation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,13 +2,14 @@
 // L⁻¹H and the variances D. A mode's γ multiplies the rows, its δ the variances.
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "surefix/core/lane.hpp"
+#include "surefix/core/linear_sizes.hpp"
 #include "surefix/core/status.hpp"
-#include "surefix/switching/sizes.hpp"
 
-namespace surefix::switching {
+namespace surefix {
 
 /// Whether a component is infinite, which a missing one (NaN) is not.
 template <class Z>
@@ -27,7 +28,7 @@ class Observation {
       S::stored_m == 1 && S::stored_n != 1 ? Eigen::RowMajor : Eigen::ColMajor;
   using Rows = Eigen::Matrix<double, S::m, S::n, order, S::stored_m, S::stored_n>;
   using Noise = Eigen::Matrix<double, S::m, S::m, 0, S::stored_m, S::stored_m>;
-  using Row = typename Belief<S>::Vector;
+  using Row = typename BeliefOf<S>::Vector;
 
   [[nodiscard]] ConfigStatus make(const Rows& H, const Noise& R) noexcept {
     if (R.rows() != H.rows() || R.cols() != H.rows()) return ConfigStatus::wrong_size;
@@ -64,23 +65,38 @@ class Observation {
       for (int j = 0; j < i; ++j) z(i) -= L_(i, j) * z(j);
   }
 
+  /// g ← L⁻ᵀ g: what is a gradient with respect to L⁻¹z becomes one with respect to z.
+  template <class Z>
+  SUREFIX_INLINE void whiten_transposed(Z& g) const noexcept {
+    for (int j = size() - 1; j > 0; --j)
+      for (int i = 0; i < j; ++i) g(i) -= L_(j, i) * g(j);
+  }
+  /// Whether the noise of the components is correlated: L is not the identity.
+  [[nodiscard]] bool correlated() const noexcept {
+    for (int i = 1; i < size(); ++i)
+      for (int j = 0; j < i; ++j)
+        if (L_(i, j) != 0.0) return true;
+    return false;
+  }
+
   /// Becomes the observation of those components of z that are not NaN, of which `present` are the
   /// values. False if a part of R is not definite, which rounding alone could make of a whole
   /// that is.
   template <class All>
-  [[nodiscard]] bool reduce(const Observation<All>& all, const Measured<All>& z,
-                            Measured<S>& present) noexcept {
+  [[nodiscard]] bool reduce(const Observation<All>& all, const MeasuredOf<All>& z,
+                            MeasuredOf<S>& present) noexcept {
     std::array<int, S::max_m> kept{};
     int count = 0;
     for (int i = 0; i < all.size(); ++i)
-      if (!std::isnan(z(i))) kept[at(count++)] = i;
+      if (!std::isnan(z(i))) kept[static_cast<std::size_t>(count++)] = i;
     H_.resize(count, all.H_.cols());
     R_.resize(count, count);
     present.resize(count);
     for (int i = 0; i < count; ++i) {
-      present(i) = z(kept[at(i)]);
-      H_.row(i) = all.H_.row(kept[at(i)]);
-      for (int j = 0; j < count; ++j) R_(i, j) = all.R_(kept[at(i)], kept[at(j)]);
+      present(i) = z(kept[static_cast<std::size_t>(i)]);
+      H_.row(i) = all.H_.row(kept[static_cast<std::size_t>(i)]);
+      for (int j = 0; j < count; ++j)
+        R_(i, j) = all.R_(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
     }
     return factorise();
   }
@@ -114,8 +130,8 @@ class Observation {
 
   Rows H_, rows_;
   Noise R_, L_;
-  Measured<S> variance_, precision_;
+  MeasuredOf<S> variance_, precision_;
   double density_ = 0.0;
 };
 
-}  // namespace surefix::switching
+}  // namespace surefix

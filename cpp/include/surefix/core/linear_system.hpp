@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "surefix/core/covariance.hpp"
-#include "surefix/switching/observation.hpp"
+#include "surefix/core/observation.hpp"
 
-namespace surefix::switching {
+namespace surefix {
 
 /// Matrices of one step for all, or of every step; x_0 ~ N(x0, P0), and the first measurement is
 /// of x_0.
@@ -56,7 +56,7 @@ class PreparedSystem {
       if (A.rows() != n || A.cols() != n || Q.rows() != n) return ConfigStatus::wrong_size;
       if (!A.allFinite()) return ConfigStatus::not_finite;
       if (const auto status = check_covariance(Q); status != ConfigStatus::ok) return status;
-      transitions_.push_back({A, Q});
+      transitions_.push_back({{A}, Q});
     }
     for (std::size_t k = 0; k < std::max(system.H.size(), system.R.size()); ++k) {
       const Eigen::MatrixXd &H = of_step(system.H, static_cast<int>(k)),
@@ -72,13 +72,13 @@ class PreparedSystem {
   }
 
   /// From measurement k − 1 to k, k ≥ 1.
-  [[nodiscard]] const Transition<S>& transition(int k) const noexcept {
+  [[nodiscard]] const TransitionOf<S>& transition(int k) const noexcept {
     return of_step(transitions_, k - 1);
   }
   [[nodiscard]] const Observation<S>& observation(int k) const noexcept {
     return of_step(observations_, k);
   }
-  [[nodiscard]] const Belief<S>& initial() const noexcept { return initial_; }
+  [[nodiscard]] const BeliefOf<S>& initial() const noexcept { return initial_; }
   [[nodiscard]] int size() const noexcept { return initial_.size(); }
   [[nodiscard]] int measured() const noexcept { return observations_.front().size(); }
 
@@ -92,9 +92,9 @@ class PreparedSystem {
     return size > 0 && (fixed == Eigen::Dynamic ? size <= most : size == fixed);
   }
 
-  std::vector<Transition<S>> transitions_;
+  std::vector<TransitionOf<S>> transitions_;
   std::vector<Observation<S>> observations_;
-  Belief<S> initial_;
+  BeliefOf<S> initial_;
 };
 
-}  // namespace surefix::switching
+}  // namespace surefix

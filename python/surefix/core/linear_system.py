@@ -150,8 +150,8 @@ def _check_pivots(R: FloatArray) -> None:
 
 
 def _size(name: str, size: int) -> int:
-    if not 1 <= size <= _core.MAX_SWITCHING_SIZE:
-        raise ShapeError(f"{name}: expected 1 to {_core.MAX_SWITCHING_SIZE} rows, got {size}")
+    if not 1 <= size <= _core.MAX_LINEAR_SIZE:
+        raise ShapeError(f"{name}: expected 1 to {_core.MAX_LINEAR_SIZE} rows, got {size}")
     return size
 
 

@@ -1,0 +1,68 @@
+// ∂𝓛/∂z of every measurement of a linear system, 𝓛 = Σ log det S + νᵀS⁻¹ν: Parellier, Barrau &
+// Bonnabel 2023, (3)-(6) forward and (20)-(22) backward, 2N small steps and no more.
+#pragma once
+
+#include <vector>
+
+#include "surefix/core/linear_system.hpp"
+#include "surefix/core/predict.hpp"
+#include "surefix/desync/backward_sweep.hpp"
+
+namespace surefix::drift {
+
+/// What the backward sweep needs of a scalar measurement.
+template <class S>
+struct Gained {
+  double innovation;
+  double inverse;
+  typename BeliefOf<S>::Vector gain;
+};
+
+/// z (T, m), all of it there; `inputs` (T − 1, n) or null; writes `out` (T, m). `kept`: workspace.
+/// `numerical` if an innovation's variance is not positive and finite.
+template <class S>
+[[nodiscard]] Status likelihood_gradient(const PreparedSystem<S>& system, const double* z, int T,
+                                         const double* inputs, std::vector<Gained<S>>& kept,
+                                         double* out) {
+  const int n = system.size(), m = system.measured();
+  if (kept.size() < static_cast<std::size_t>(T) * static_cast<std::size_t>(m))
+    kept.resize(static_cast<std::size_t>(T) * static_cast<std::size_t>(m));
+  Gained<S>* next = kept.data();
+  BeliefOf<S> belief = system.initial();
+  MeasuredOf<S> white(m);
+  for (int k = 0; k < T; ++k) {
+    if (k > 0) {
+      predict(belief, system.transition(k));
+      if (inputs != nullptr) loop<S::n>(n, [&](int i) SUREFIX_LAMBDA { belief.x(i) += *inputs++; });
+    }
+    const Observation<S>& observation = system.observation(k);
+    for (int i = 0; i < m; ++i) white(i) = *z++;
+    observation.whiten(white);
+    for (int i = 0; i < m; ++i) {
+      const auto h = observation.row(i, 1.0);
+      const DenseRow<std::decay_t<decltype(h)>> row{h};
+      const double innovation = white(i) - row.dot(belief.x);
+      Innovation<BeliefOf<S>> brought;
+      if (!update(belief, row, observation.variance(i), innovation, brought))
+        return Status::numerical;
+      *next++ = {innovation, brought.inverse, brought.gain};
+    }
+  }
+  typename BeliefOf<S>::Vector lambda = BeliefOf<S>::Vector::Zero(n);
+  out += static_cast<std::ptrdiff_t>(T) * m;
+  for (int k = T; k-- > 0;) {
+    const Observation<S>& observation = system.observation(k);
+    for (int i = m; i-- > 0;) {
+      const auto h = observation.row(i, 1.0);
+      const DenseRow<std::decay_t<decltype(h)>> row{h};
+      const Gained<S>& g = *--next;
+      white(i) = 2.0 * desync::sweep_mean<S::n>(lambda, row, g.gain, g.inverse, g.innovation);
+    }
+    observation.whiten_transposed(white);
+    for (int i = m; i-- > 0;) *--out = white(i);
+    if (k > 0) system.transition(k).apply_transposed(lambda);
+  }
+  return Status::ok;
+}
+
+}  // namespace surefix::drift

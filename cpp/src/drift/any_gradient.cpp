@@ -1,0 +1,40 @@
+#include "surefix/drift/any_gradient.hpp"
+
+#include "surefix/drift/gradient.hpp"
+
+namespace surefix::drift {
+namespace {
+
+template <class S>
+class GradientOf final : public AnyGradient {
+ public:
+  static ConfigStatus make(const LinearSystem& system, std::unique_ptr<AnyGradient>& out) {
+    auto made = std::make_unique<GradientOf>();
+    made->steps_ = system.steps();
+    const ConfigStatus status = made->system_.make(system);
+    if (status == ConfigStatus::ok) out = std::move(made);
+    return status;
+  }
+  Status run(const double* z, int T, const double* inputs, double* out) const override {
+    // Memory that every call would take anew costs more than the sweep: each thread keeps its own.
+    static thread_local std::vector<Gained<S>> kept;
+    return likelihood_gradient(system_, z, T, inputs, kept, out);
+  }
+  int size() const noexcept override { return system_.size(); }
+  int measured() const noexcept override { return system_.measured(); }
+  int steps() const noexcept override { return steps_; }
+
+ private:
+  PreparedSystem<S> system_;
+  int steps_ = 0;
+};
+
+}  // namespace
+
+ConfigStatus AnyGradient::make(const LinearSystem& system, std::unique_ptr<AnyGradient>& out) {
+  if (system.size() == 2 && system.measured() == 1)
+    return GradientOf<LinearSizes<2, 1>>::make(system, out);
+  return GradientOf<AnyLinearSizes>::make(system, out);
+}
+
+}  // namespace surefix::drift

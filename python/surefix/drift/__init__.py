@@ -1,0 +1,1 @@
+"""Slow faults: the likelihood's gradient, ramps, steps, sinusoids."""

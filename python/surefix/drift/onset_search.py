@@ -1,0 +1,54 @@
+"""The likelihood ratios of a fault for every onset, and how they depend on one another."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from surefix import _core
+from surefix.core.checks import FloatArray
+from surefix.drift.false_alarm import Indices
+from surefix.drift.forward_record import ForwardRecord, found, threads
+from surefix.drift.profile import Profile
+
+
+class OnsetSearch:
+    """One sweep: numerators S₀ᵀℓ, inverses of S₀ᵀMS₀, and what share of the information not
+    knowing the state leaves, for the K measurements at which a fault can begin."""
+
+    def __init__(self, record: ForwardRecord, profile: Profile, direction: FloatArray) -> None:
+        self._record = record
+        self._fault = (profile.engine, direction)
+        self.measurement, self.inverse, self.share = found(record.engine.onsets(*self._fault))
+        self.usable: Indices = np.flatnonzero(self.share > _core.DETECTABLE)
+        self.work = (2 + profile.amplitudes) * record.engine.size
+
+    @cached_property
+    def variances(self) -> FloatArray:
+        return 1 / self._record.engine.inverse
+
+    @property
+    def onset(self) -> FloatArray:
+        """(K,) times."""
+        return self._record.onset_time(self.measurement)
+
+    @property
+    def end(self) -> FloatArray | None:
+        return None
+
+    def near(self, which: int) -> Indices | None:
+        return None
+
+    def numerators(self, innovations: FloatArray, at: Indices | None = None) -> FloatArray:
+        count = len(self.measurement)
+        return found(self._record.engine.scan(*self._fault, innovations, count, threads()))
+
+    def response(self, which: int) -> FloatArray:
+        return found(self._record.engine.response(*self._fault, int(self.measurement[which])))
+
+    def reason(self) -> str:
+        """Why nothing can be found."""
+        if len(self.measurement) == 0:
+            return "no measurement of the channel was used"
+        return "what the fault would change hides in what the model itself can do, or is not seen"

@@ -1,0 +1,96 @@
+"""What all detectors answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from surefix.core.checks import FloatArray
+from surefix.drift.false_alarm import FalseAlarm
+
+Scalar = float | FloatArray | None
+
+
+class Outcome:
+    """The largest of many likelihood ratios, how often one as large comes with no fault, and so
+    whether there is one.
+
+    Of a record of several runs everything has the runs as its first axis. Where nothing can be
+    said, ``status`` is 'undetectable', ``reason`` says why, and every number is None.
+    """
+
+    def __init__(
+        self, reason: str, ratio: FloatArray | None, alone: bool, false_alarm: float,
+        alarm: FalseAlarm | None,
+    ) -> None:  # fmt: skip
+        self.reason = reason
+        self.false_alarm = false_alarm
+        self.calibration = None if alarm is None else alarm.method
+        """'simulation', or 'bound' where that would take too long."""
+        self.threshold = None if alarm is None else alarm.threshold(false_alarm)
+        """The drop that a healthy record exceeds with probability ``false_alarm``."""
+        self._alone = alone
+        self._best: npt.NDArray[np.intp] | None = None
+        self._ratio = ratio
+        self.p_value: Scalar = None
+        """Probability of a drop as large, anywhere in the record, with no fault."""
+        self.p_value_se: Scalar = None
+        """Its standard error by simulation; 0 where it is a bound."""
+        self.drop: Scalar = None
+        """The largest ratio: by how much 𝓛 drops when the fault is subtracted."""
+        if ratio is None or alarm is None:
+            return
+        self._best = np.nanargmax(ratio, axis=1)
+        largest = ratio[np.arange(len(ratio)), self._best]
+        probability, error = alarm.of(largest)
+        self.drop, self.p_value = self._one(largest), self._one(probability)
+        self.p_value_se = self._one(error)
+
+    @property
+    def detected(self) -> bool | npt.NDArray[np.bool_]:
+        """Whether the drop is beyond the threshold."""
+        if self.drop is None or self.threshold is None:
+            return False
+        beyond = np.asarray(self.drop) > self.threshold
+        return bool(beyond) if self._alone else beyond
+
+    @property
+    def status(self) -> str | npt.NDArray[np.str_]:
+        """'detected', 'not detected' or 'undetectable'."""
+        if self.drop is None:
+            return "undetectable"
+        names = np.where(self.detected, "detected", "not detected")
+        return str(names) if self._alone else names
+
+    def _one(self, values: FloatArray) -> float | FloatArray:
+        """Of every run; of the only one."""
+        return values[0] if values.ndim > 1 else float(values[0]) if self._alone else values
+
+    def _runs(self, values: FloatArray) -> FloatArray:
+        return values[0] if self._alone else values
+
+    def _at_best(self, values: FloatArray) -> Scalar:
+        """(K, …) of all runs, or (runs, K, …), at the largest ratio; None where there is none."""
+        if self._best is None:
+            return None
+        chosen = (
+            values[np.arange(len(self._best)), self._best]
+            if values.shape[0] == len(self._best) and values.ndim > 1
+            else values[self._best]
+        )
+        return self._scalar(chosen)
+
+    def _scalar(self, chosen: FloatArray) -> Scalar:
+        if not self._alone:
+            return chosen
+        return float(chosen[0]) if chosen.ndim == 1 else chosen[0]
+
+
+def magnitude(amplitudes: FloatArray, covariance: FloatArray) -> tuple[float, float]:
+    """Of one amplitude itself and its standard error, of several the norm and, to first order, the
+    norm's."""
+    if len(amplitudes) == 1:
+        return float(amplitudes[0]), float(np.sqrt(covariance[0, 0]))
+    size = float(np.linalg.norm(amplitudes))
+    unit = amplitudes / size if size > 0 else np.eye(len(amplitudes))[0]
+    return size, float(np.sqrt(unit @ covariance @ unit))
