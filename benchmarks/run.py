@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+import gradient
 import hypotheses
 import surefix as sf
 import switching_filters
@@ -130,9 +131,11 @@ def main() -> None:
     hypotheses.show(robust)
     switching = switching_filters.measure(ROOT / "build" / "bench", arguments.repeats)
     switching_filters.show(switching)
+    gradients = gradient.measure(ROOT / "build" / "bench", arguments.repeats)
+    gradient.show(gradients)
     report: dict[str, Any] = {
         "count": arguments.count, "w1": table, "import": imports, "hypotheses": robust,
-        "switching": switching,
+        "switching": switching, "gradient": gradients,
     }  # fmt: skip
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     arguments.json.write_text(json.dumps(report, indent=2) + "\n")

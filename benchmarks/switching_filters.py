@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import surefix as sf
-
-Floats = npt.NDArray[np.float64]
+from timing import Floats, timed
 
 A, Q, R, C, P0 = -0.8, 1.0, 1.0, 10.0, 1.0
 MODES = ((1, 1.0), (1, C), (0, 1.0))
@@ -33,7 +29,7 @@ def measure(build: Path, repeats: int) -> dict[str, Any]:
     long = np.random.RandomState(3).normal(size=(LONG, 1)) * 2.0
     chain = sf.ModeChain(MODES, TRANSITION)
     genie, imm = sf.GenieFilter(SYSTEM), sf.IMMFilter(SYSTEM, chain)
-    w2 = _timed(
+    w2 = timed(
         {
             "by hand, blocked": (lambda: _w2(hand, z), z.size),
             "surefix": (lambda: _both(genie.run(z, threads=1)), z.size),
@@ -41,7 +37,7 @@ def measure(build: Path, repeats: int) -> dict[str, Any]:
         },
         repeats,
     )
-    w3 = _timed(
+    w3 = timed(
         {
             "by hand, one series": (lambda: _w3(hand, long, chain.initial), long.size),
             "surefix, one series": (lambda: _both(imm.run(long)), long.size),
@@ -49,7 +45,7 @@ def measure(build: Path, repeats: int) -> dict[str, Any]:
         repeats,
     )
     base = w3["by hand, one series"]["ns"]
-    batch = _timed({"surefix, batch": (lambda: _both(imm.run(z, threads=1)), z.size)}, repeats)
+    batch = timed({"surefix, batch": (lambda: _both(imm.run(z, threads=1)), z.size)}, repeats)
     batch["surefix, batch"]["ratio"] = batch["surefix, batch"]["ns"] / base
     return {"w2": w2, "w3": {**w3, **batch}}
 
@@ -62,43 +58,6 @@ def show(figures: dict[str, Any]) -> None:
         print(f"{title}\n{'':36}{'median ns':>10}{'fastest':>9}{'ratio':>8}")
         for name, row in figures[key].items():
             print(f"{name:36}{row['ns']:10.1f}{row['fastest_ns']:9.1f}{row['ratio']:8.2f}")
-
-
-Work = Callable[[], tuple[Floats, Floats]]
-
-
-def _timed(contenders: dict[str, tuple[Work, int]], repeats: int) -> dict[str, dict[str, float]]:
-    """All in turn; ratios to the first, whose answers the others must have to 1e-9."""
-    (base, (reference, _)), *_ = contenders.items()
-    truth = reference()
-    for name, (work, _) in contenders.items():
-        error = max(
-            float(np.abs(own - known).max()) for own, known in zip(work(), truth, strict=True)
-        )
-        if not error < 1e-9:
-            raise SystemExit(f"{name}: differs from {base} by {error:.1e}")
-    ns: dict[str, list[float]] = {name: [] for name in contenders}
-    ratio: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(repeats):
-        for name, (work, size) in contenders.items():
-            first = _seconds(reference)
-            own = _seconds(work)
-            ns[name].append(own / size * 1e9)
-            ratio[name].append(own / first)
-    return {
-        name: {
-            "ns": float(np.median(ns[name])),
-            "fastest_ns": min(ns[name]),
-            "ratio": float(np.median(ratio[name])),
-        }
-        for name in contenders
-    }
-
-
-def _seconds(work: Work) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
 
 
 def _both(result: sf.SwitchingResult) -> tuple[Floats, Floats]:

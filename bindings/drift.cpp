@@ -291,6 +291,19 @@ void bind_drift(py::module_& module) {
                                return each<double>(
                                    record, [&](std::size_t i) { return record.inverse(i); });
                              })
+      .def_property_readonly("noise",
+                             [](const AnyRecord& record) {
+                               return each<double>(record,
+                                                   [&](std::size_t i) { return record.noise(i); });
+                             })
+      .def(
+          "weights",
+          [](const AnyRecord& record, const Direction& direction) {
+            check(record, direction);
+            return each<double>(record,
+                                [&](std::size_t i) { return record.weight(i, direction.data()); });
+          },
+          py::arg("direction"))
       .def("whiten", &whiten, py::arg("innovations"), py::arg("threads"))
       .def("precision", &precision)
       .def("onsets", &onsets, py::arg("profile"), py::arg("direction"))

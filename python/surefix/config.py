@@ -1,8 +1,8 @@
 """Configuration files: a TOML file that says which model, sensors and outputs a run has.
 
 Tables: ``[model]``, ``[initial]``, ``[[sensor]]``, and optionally ``[robust]``, ``[[common]]``,
-``[log]``, ``[output]``, ``[reference]`` and ``[inject]``. Every key that is not known, is missing
-or has the wrong type is a ConfigError that names the file and the key.
+``[log]``, ``[output]``, ``[reference]``, ``[inject]`` and ``[drift]``. Every key that is not known,
+is missing or has the wrong type is a ConfigError that names the file and the key.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from surefix import toml_table as toml
+from surefix.config_drift import Drift, read_drift
 from surefix.config_faults import Robust, read_common, read_robust, read_sensor
 from surefix.core import checks
 from surefix.core.checks import FloatArray
@@ -80,6 +81,7 @@ class Config:
     robust: Robust = field(default_factory=Robust)
     common: tuple[CommonFault, ...] = ()
     inject: Sizes = field(default_factory=Sizes)
+    drift: Drift = field(default_factory=Drift)
 
     def make_filter(self) -> DesyncFilter | RobustFilter:
         """The filter that this configuration describes: robust if a sensor has faults."""
@@ -88,15 +90,21 @@ class Config:
                 self.model, self.sensors, self.state, self.covariance, start=self.start,
                 risk=self.output.risk, common=self.common, **self.robust.arguments(),
             )  # fmt: skip
+        return self.make_linear_filter()
+
+    def make_linear_filter(self) -> DesyncFilter:
+        """The linear filter, to which all sensors are healthy."""
         return DesyncFilter(
-            self.model, self.sensors, self.state, self.covariance,
+            self.model, self._healthy(), self.state, self.covariance,
             start=self.start, risk=self.output.risk,
         )  # fmt: skip
 
     def without_faults(self) -> Config:
         """The same for the linear filter, to which all sensors are healthy."""
-        healthy = tuple(dataclasses.replace(sensor, faults=()) for sensor in self.sensors)
-        return dataclasses.replace(self, sensors=healthy, robust=Robust(), common=())
+        return dataclasses.replace(self, sensors=self._healthy(), robust=Robust(), common=())
+
+    def _healthy(self) -> tuple[Sensor, ...]:
+        return tuple(dataclasses.replace(sensor, faults=()) for sensor in self.sensors)
 
     def run(self, log: Log) -> Result | RobustResult:
         """Filters a log with ``make_filter`` and gives the output that is asked for."""
@@ -149,6 +157,7 @@ def load_config(path: str | Path) -> Config:
         robust=read_robust(Table(path, "[robust]", tables.get("robust", {}))),
         common=tuple(common),
         inject=Table(path, "[inject]", tables.get("inject", {})).make(Sizes, {}, _INJECT),
+        drift=read_drift(Table(path, "[drift]", tables.get("drift", {})), sensors),
     )  # fmt: skip
     try:
         config.make_filter()  # what concerns several tables: equal names, sizes
@@ -215,7 +224,7 @@ _TABLES: dict[str, Kind] = {
     "sensor": toml.tables("each headed [[sensor]]"),
 }
 _TABLES_OPTIONS: dict[str, Kind] = {
-    **dict.fromkeys(("robust", "log", "output", "reference", "inject"), toml.table),
+    **dict.fromkeys(("robust", "log", "output", "reference", "inject", "drift"), toml.table),
     "common": toml.tables("each headed [[common]]"),
 }
 _STATES: dict[str, Kind] = {"names": toml.texts, "reads": toml.whole}

@@ -12,13 +12,20 @@ class GradientOf final : public AnyGradient {
     auto made = std::make_unique<GradientOf>();
     made->steps_ = system.steps();
     const ConfigStatus status = made->system_.make(system);
-    if (status == ConfigStatus::ok) out = std::move(made);
+    if (status != ConfigStatus::ok) return status;
+    if constexpr (S::m == 1) {
+      made->first_state_ = true;
+      for (const Eigen::MatrixXd& H : system.H)
+        made->first_state_ &= H == Eigen::MatrixXd::Identity(1, H.cols());
+    }
+    out = std::move(made);
     return status;
   }
   Status run(const double* z, int T, const double* inputs, double* out) const override {
     // Memory that every call would take anew costs more than the sweep: each thread keeps its own.
     static thread_local std::vector<Gained<S>> kept;
-    return likelihood_gradient(system_, z, T, inputs, kept, out);
+    if (first_state_) return likelihood_gradient<FirstState>(system_, z, T, inputs, kept, out);
+    return likelihood_gradient<AnyRows>(system_, z, T, inputs, kept, out);
   }
   int size() const noexcept override { return system_.size(); }
   int measured() const noexcept override { return system_.measured(); }
@@ -27,6 +34,7 @@ class GradientOf final : public AnyGradient {
  private:
   PreparedSystem<S> system_;
   int steps_ = 0;
+  bool first_state_ = false;
 };
 
 }  // namespace

@@ -47,6 +47,10 @@ class RecordOf final : public AnyRecord {
   std::int64_t id(std::size_t i) const noexcept override { return record.id(i); }
   int channels() const noexcept override { return record.channels(); }
   double inverse(std::size_t i) const noexcept override { return record[i].inverse; }
+  double noise(std::size_t i) const noexcept override { return record[i].noise; }
+  double weight(std::size_t i, const double* direction) const noexcept override {
+    return record.weight(i, direction);
+  }
   bool mixed() const noexcept override { return record.mixed(); }
 
   void whiten(const Values& values, double* out) const noexcept override {

@@ -8,6 +8,7 @@ import typer
 
 from surefix import __version__
 from surefix.cli.demo import demo
+from surefix.cli.drift import drift
 from surefix.cli.info import info
 from surefix.cli.inject import inject
 from surefix.cli.run import run
@@ -23,7 +24,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, run, inject, study, validate, info):
+for command in (demo, run, inject, drift, study, validate, info):
     app.command()(command)
 
 

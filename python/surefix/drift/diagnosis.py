@@ -179,8 +179,10 @@ def _search(
     common: dict[str, Any] = {
         "channel": channel, "kind": kind, "drop": drop, "score": score, "p_value": p,
     }  # fmt: skip
-    where = {"onset": found.get("onset"), "frequency": found.get("frequency")}
-    searched = Searched(status=str(out.status), reason="", **common, **where)
+    searched = Searched(
+        status=str(out.status), reason="", onset=found.get("onset"),
+        frequency=found.get("frequency"), **common,
+    )  # fmt: skip
     fault = Fault(parameters=parameters, **common, **found) if out.detected else None
     return searched, fault
 

@@ -25,15 +25,11 @@ class EndingSearch:
             )
         self._onsets = onsets
         self._first, self._second = np.triu_indices(K, 1)
-        everyone = range(K)
-        responses = [onsets.response(k) for k in everyone]
-        cross = onsets.numerators(np.concatenate(responses))[:, :, 0] if K else np.zeros((0, 0))
-        own = np.diagonal(cross)
-        both = own[self._first] + own[self._second]
-        product = cross[self._first, self._second]
-        gram = both - 2 * product
+        responses = np.concatenate([np.zeros((0, 0)), *map(onsets.response, range(K))])
+        gram = self._of_pairs(onsets.numerators(responses)[:, :, 0])
+        unit = onsets.unit_values()
         with np.errstate(divide="ignore", invalid="ignore"):
-            self.share = gram / (both + 2 * np.abs(product))
+            self.share = gram / self._of_pairs(unit @ unit.T)
             self.inverse = np.where(self.share > _core.DETECTABLE, 1 / gram, np.nan)[:, None, None]
         self.usable: Indices = np.flatnonzero(self.share > _core.DETECTABLE)
         self.work = onsets.work + 4 * len(gram)
@@ -49,6 +45,13 @@ class EndingSearch:
     @property
     def end(self) -> FloatArray | None:
         return self._onsets.onset[self._second]
+
+    def _of_pairs(self, cross: FloatArray) -> FloatArray:
+        """Of the differences, from a bilinear form of the profiles themselves (K, K)."""
+        own = np.diagonal(cross)
+        first, second = self._first, self._second
+        result: FloatArray = own[first] + own[second] - 2 * cross[first, second]
+        return result
 
     def near(self, which: int) -> Indices | None:
         return None

@@ -9,6 +9,7 @@ the others given it; then P(max > u) = K P(χ² > u) E[1 / number of ratios beyo
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -20,10 +21,12 @@ from surefix.core.checks import FloatArray
 Indices = npt.NDArray[np.intp]
 
 WORK = 400_000_000
-"""Measurements times ratios' costs of all samples beyond which only the bound is given."""
+"""Steps of all samples together beyond which only the bound is given: some seconds."""
 
 CHUNK = 4_000_000
 """Numbers that are held at once."""
+
+LEVELS = 33
 
 
 class Search(Protocol):
@@ -48,58 +51,62 @@ class Search(Protocol):
 
 
 class FalseAlarm:
-    """Probabilities of false alarms of one search, from ``samples`` draws."""
+    """Probabilities of false alarms of one search, from ``samples`` draws.
+
+    E[1 / number beyond u] is found once, for a grid of u that reaches to P(max > u) < 1e-14, from
+    the schedule alone; between them its logarithm is interpolated, beyond them it hardly changes.
+    """
 
     def __init__(self, search: Search, samples: int, seed: int) -> None:
         self._search = search
-        self._q = search.inverse.shape[-1]
+        self._q = float(search.inverse.shape[-1])
         self._count = len(search.usable)
         self._samples = samples
         self._seed = seed
-        affordable = search.work * samples <= WORK
-        self.method = "simulation" if affordable and samples > 0 else "bound"
+        simulates = samples > 1 and self._count > 1 and search.work * samples <= WORK
+        self.method = "simulation" if simulates else "bound"
 
-    def probability(self, levels: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """P(max ratio > level) of each level, and its standard error: 0 where it is the bound
-        min(1, K P(χ² > level)), which holds however the ratios depend on one another."""
-        tail = self._count * _core.chi_squared_tail(levels, float(self._q))
-        if self.method == "bound" or self._count <= 1:
-            return np.minimum(tail, 1.0), np.zeros_like(levels)
-        inverse_counts = self._inverse_counts(levels)  # (samples, levels)
-        mean = inverse_counts.mean(0)
-        error = inverse_counts.std(0, ddof=1) / np.sqrt(len(inverse_counts))
-        return np.minimum(tail * mean, 1.0), tail * error
+    def of(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """P(max ratio > each), and its standard error: 0 where it is the bound
+        min(1, K P(χ² > ratio)), which holds however the ratios depend on one another."""
+        tail = self._count * _core.chi_squared_tail(ratio, self._q)
+        if self.method == "bound":
+            return np.minimum(tail, 1.0), np.zeros_like(ratio)
+        levels, mean, error = self._table
+        share = np.exp(np.interp(ratio, levels, np.log(mean)))
+        return np.minimum(tail * share, 1.0), tail * np.interp(ratio, levels, error)
 
     def threshold(self, probability: float) -> float:
-        """The level that the largest ratio exceeds with this probability."""
-        q = float(self._q)
-        low = float(_core.chi_squared_threshold(probability, q))
-        high = float(_core.chi_squared_threshold(probability / self._count, q))
-        if self.method == "bound" or self._count <= 1:
+        """The ratio that the largest exceeds with this probability."""
+        high = float(_core.chi_squared_threshold(probability / self._count, self._q))
+        if self.method == "bound":
             return high
-        levels = np.linspace(low, high, 9)
-        found, _ = self.probability(levels)
-        logs = np.minimum.accumulate(np.log(found))
-        return float(np.interp(-np.log(probability), -logs, levels))
+        low = 0.0
+        while high - low > 1e-9 * high:  # P falls from 1 at 0 to the bound at most
+            middle = 0.5 * (low + high)
+            beyond = self.of(np.array([middle]))[0][0] > probability
+            low, high = (middle, high) if beyond else (low, middle)
+        return high
 
-    def of(self, largest: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """``probability`` of ratios (runs,); where they are many, log p is interpolated."""
-        if len(largest) <= 16:
-            return self.probability(largest)
-        levels = np.linspace(largest.min(), largest.max(), 33)
-        found, error = self.probability(levels)
-        logs = np.log(np.maximum(found, 1e-300))
-        return np.exp(np.interp(largest, levels, logs)), np.interp(largest, levels, error)
+    @cached_property
+    def _table(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Levels, E[1 / number beyond], and its standard error."""
+        top = float(_core.chi_squared_threshold(1e-14 / self._count, self._q))
+        levels = np.linspace(0.0, top, LEVELS)
+        counts = self._inverse_counts(levels)
+        error = counts.std(0, ddof=1) / np.sqrt(len(counts))
+        return levels, counts.mean(0), error
 
     def _inverse_counts(self, levels: FloatArray) -> FloatArray:
-        search, q, N = self._search, self._q, len(self._search.variances)
+        """1 / number of ratios beyond each level, (samples, levels)."""
+        search, q, N = self._search, int(self._q), len(self._search.variances)
         random = np.random.RandomState(self._seed)
         chosen = search.usable[random.randint(self._count, size=self._samples)]
-        tails = random.uniform(size=(self._samples, len(levels)))
+        drawn = _beyond(levels, random.uniform(size=(self._samples, len(levels))), q)
         directions = random.normal(size=(self._samples, q))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        local = self._count > 0 and search.near(int(chosen[0])) is not None
-        size = 1 if local else max(1, CHUNK // max(1, (1 + q) * max(N, len(search.inverse) * q)))
+        local = search.near(int(chosen[0])) is not None
+        size = 1 if local else max(1, CHUNK // ((1 + q) * max(N, len(search.inverse) * q)))
         deviations = np.sqrt(search.variances)
         usable = np.zeros(len(search.inverse), bool)
         usable[search.usable] = True
@@ -114,11 +121,11 @@ class FalseAlarm:
             others = np.arange(len(usable)) if at is None else at
             counted = others[usable[others]]
             keep = np.flatnonzero(usable[others])
-            parts.append(_inverse_counts(
+            parts.append(_counted(
                 numerators[: len(own), keep],
                 numerators[len(own) :, keep].reshape(len(own), q, len(keep), q),
-                search.inverse[counted], np.searchsorted(counted, own),
-                _beyond(levels, tails[part], q), directions[part], levels,
+                search.inverse[counted], np.searchsorted(counted, own), drawn[part],
+                directions[part], levels,
             ))  # fmt: skip
         return np.concatenate(parts)
 
@@ -126,16 +133,11 @@ class FalseAlarm:
 def _beyond(levels: FloatArray, uniform: FloatArray, q: int) -> FloatArray:
     """Draws of χ² with q degrees of freedom given that it is beyond each level."""
     tail = _core.chi_squared_tail(levels, float(q))
-    far = tail < 1e-290  # there it falls as e^{-x/2}
-    wanted = np.where(far, 0.5, uniform * np.where(far, 1.0, tail))
-    drawn = np.where(
-        far, levels - 2 * np.log(uniform), _core.chi_squared_threshold(wanted, float(q))
-    )
-    result: FloatArray = np.maximum(drawn, levels)
-    return result
+    drawn: FloatArray = np.maximum(_core.chi_squared_threshold(uniform * tail, float(q)), levels)
+    return drawn
 
 
-def _inverse_counts(
+def _counted(
     numerators: FloatArray,  # (B, K, q) of noise alone
     responses: FloatArray,  # (B, q, K, q) of the chosen fault's amplitudes
     inverse: FloatArray,  # (K, q, q)
@@ -144,25 +146,35 @@ def _inverse_counts(
     directions: FloatArray,  # (B, q) in which its numerator lies, whitened
     levels: FloatArray,
 ) -> FloatArray:
-    """1 / number of ratios beyond each level: (B, levels)."""
+    """1 / number of ratios beyond each level: (B, levels).
+
+    A fault of amplitude α added to the noise gives the chosen one the numerator that was drawn; all
+    others follow. With √ratio = s their numerators are U + s V, their ratios quadratic in s.
+    """
     B = np.arange(len(own))
-    root = np.linalg.inv(np.linalg.cholesky(inverse[own]))  # root⊤ root = G
+    root = np.linalg.inv(np.linalg.cholesky(inverse[own]))  # rootᵀ root = G
     target = np.einsum("bca,bc->ba", root, directions)  # of ratio 1
+    away = np.einsum("bac,bc->ba", inverse[own], numerators[B, own])
+    towards = np.einsum("bac,bc->ba", inverse[own], target)
+    U = numerators - np.einsum("ba,bakc->bkc", away, responses)
+    V = np.einsum("ba,bakc->bkc", towards, responses)
+    c0, c2 = quadratic(U, inverse), quadratic(V, inverse)
+    c1 = (quadratic(U + V, inverse) - c0 - c2) / 2
     out = np.empty_like(drawn)
-    for level in range(len(levels)):
-        missing = np.sqrt(drawn[:, level, None]) * target - numerators[B, own]
-        amplitude = np.einsum("bac,bc->ba", inverse[own], missing)
-        shifted = numerators + np.einsum("ba,bakc->bkc", amplitude, responses)
-        ratio = quadratic(shifted, inverse)
+    for level, u in enumerate(levels):
+        s = np.sqrt(drawn[:, level, None])
+        ratio = c0 + s * (2 * c1 + s * c2)
         ratio[B, own] = drawn[:, level]
-        out[:, level] = 1 / np.maximum(1, (ratio >= levels[level]).sum(1))
+        out[:, level] = 1 / np.maximum(1, (ratio >= u).sum(1))
     return out
 
 
 def quadratic(numerators: FloatArray, inverse: FloatArray) -> FloatArray:
     """numᵀ G⁻¹ num of (runs, K, q) and (K, q, q)."""
-    if inverse.shape[-1] == 1:
-        alone: FloatArray = numerators[..., 0] ** 2 * inverse[:, 0, 0]
-        return alone
-    result: FloatArray = np.einsum("...kb,kbc,...kc->...k", numerators, inverse, numerators)
+    q = inverse.shape[-1]
+    result: FloatArray = sum(
+        (numerators[..., a] * numerators[..., b]) * ((1 + (a != b)) * inverse[:, a, b])
+        for a in range(q)
+        for b in range(a, q)
+    )
     return result

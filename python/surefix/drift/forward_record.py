@@ -153,7 +153,8 @@ class ForwardRecord:
 
     @property
     def innovations(self) -> FloatArray:
-        """(runs, measurements) of the scalar measurements as they were used, whitened."""
+        """(runs, measurements) ν of the scalar measurements in the order in which they were used; of
+        correlated channels those of L⁻¹z, R = L D Lᵀ."""
         return self.engine.innovations
 
     @property

@@ -56,16 +56,18 @@ class OnsetDetector:
     def threshold(self, record: ForwardRecord) -> float | None:
         """The drop of 𝓛 that a healthy record exceeds with probability ``false_alarm``. It depends
         on the schedule of measurements only. None: undetectable."""
-        search, reason = self._search(record)
+        search, reason = self._search(record, schedule_only=True)
         if search is None or reason:
             return None
         return FalseAlarm(search, self.samples, self.seed).threshold(self.false_alarm)
 
-    def _search(self, record: ForwardRecord) -> tuple[OnsetSearch | EndingSearch | None, str]:
+    def _search(
+        self, record: ForwardRecord, schedule_only: bool = False
+    ) -> tuple[OnsetSearch | EndingSearch | None, str]:
         """The search, and why nothing can be found if that is so."""
         checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        if record.is_constant(direction):
+        if not schedule_only and record.is_constant(direction):
             return None, "constant data: a sensor with noise does not repeat itself"
         onsets = OnsetSearch(record, self.profile, direction)
         search = EndingSearch(onsets) if self.ends else onsets

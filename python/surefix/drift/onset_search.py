@@ -18,7 +18,7 @@ class OnsetSearch:
     knowing the state leaves, for the K measurements at which a fault can begin."""
 
     def __init__(self, record: ForwardRecord, profile: Profile, direction: FloatArray) -> None:
-        self._record = record
+        self._record, self._profile = record, profile
         self._fault = (profile.engine, direction)
         self.measurement, self.inverse, self.share = found(record.engine.onsets(*self._fault))
         self.usable: Indices = np.flatnonzero(self.share > _core.DETECTABLE)
@@ -46,6 +46,17 @@ class OnsetSearch:
 
     def response(self, which: int) -> FloatArray:
         return found(self._record.engine.response(*self._fault, int(self.measurement[which])))
+
+    def unit_values(self) -> FloatArray:
+        """(K, N) the fault of each onset and unit amplitude in each measurement, over the standard
+        deviation of its noise: what would be seen of it if the state were known."""
+        record = self._record
+        times = record.onset_time(np.arange(record.engine.size))
+        weight = record.engine.weights(self._fault[1]) / np.sqrt(record.engine.noise)
+        out = np.zeros((len(self.measurement), len(times)))
+        for row, first, onset in zip(out, self.measurement, self.onset, strict=True):
+            row[first:] = self._profile.value(times[first:] - onset)[:, 0] * weight[first:]
+        return out
 
     def reason(self) -> str:
         """Why nothing can be found."""

@@ -58,16 +58,18 @@ class SpectrumDetector:
 
     def threshold(self, record: ForwardRecord) -> float | None:
         """As of ``OnsetDetector``."""
-        search, _, reason = self._search(record)
+        search, _, reason = self._search(record, schedule_only=True)
         if search is None or reason:
             return None
         return FalseAlarm(search, self.samples, self.seed).threshold(self.false_alarm)
 
-    def _search(self, record: ForwardRecord) -> tuple[SpectrumSearch | None, FloatArray, str]:
+    def _search(
+        self, record: ForwardRecord, schedule_only: bool = False
+    ) -> tuple[SpectrumSearch | None, FloatArray, str]:
         """The search, the times of the channel, and why nothing can be found if that is so."""
         checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        if record.is_constant(direction):
+        if not schedule_only and record.is_constant(direction):
             return None, np.zeros(0), "constant data: a sensor with noise does not repeat itself"
         times = record.times_of(direction)
         if len(times) < 3:

@@ -11,6 +11,9 @@ from surefix.core.checks import FloatArray
 from surefix.drift.false_alarm import Indices
 from surefix.drift.forward_record import ForwardRecord, threads
 
+GLOBAL_WORK = 100_000
+"""Steps of a sample beyond which only the frequencies near the chosen one are looked at."""
+
 
 class SpectrumSearch:
     """Numerators and inverse Gram matrices of cos and sin of F frequencies [1/time], ascending;
@@ -26,10 +29,13 @@ class SpectrumSearch:
         self.frequency = frequency
         self.inverse, self.share, self.found = self._sweep(record.innovations, frequency)
         self.usable: Indices = np.flatnonzero(self.share > _core.DETECTABLE)
-        steps = float(np.median(np.diff(frequency))) if len(frequency) > 1 else reach
-        near = min(len(frequency), 1 + 2 * int(reach / max(steps, reach / len(frequency))))
-        self._local = near < len(frequency)
-        self.work = 3 * record.engine.size * max(1, near // 8)
+        everywhere = 3 * record.engine.size * (1 + len(frequency) // 8)
+        self._local = everywhere > GLOBAL_WORK
+        near = np.searchsorted(frequency, frequency + reach) - np.searchsorted(
+            frequency, frequency - reach
+        )
+        together = int(near.max()) if self._local else len(frequency)
+        self.work = 3 * record.engine.size * (1 + together // 8)
 
     @cached_property
     def variances(self) -> FloatArray:
@@ -64,5 +70,8 @@ class SpectrumSearch:
         self, innovations: FloatArray, frequency: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         return self._record.engine.spectrum(
-            self._direction, 2 * np.pi * np.ascontiguousarray(frequency), innovations, threads()
+            self._direction,
+            2 * np.pi * np.ascontiguousarray(frequency),
+            innovations,
+            threads() if len(frequency) * innovations.size > 1_000_000 else 1,
         )

@@ -1,7 +1,8 @@
 """Figures of results, with matplotlib: no pyplot, no state, no display needed."""
 
+from surefix.plots.drift import draw_drift
 from surefix.plots.panels import Event
 from surefix.plots.result import plot_result
 from surefix.plots.robust import plot_robust
 
-__all__ = ["Event", "plot_result", "plot_robust"]
+__all__ = ["Event", "draw_drift", "plot_result", "plot_robust"]

@@ -42,6 +42,14 @@ STUDIES = {
         "Sigalov & Oshman, example 2: interruptions that are not Markov",
         "surefix.studies.sigalov_example_2",
     ),
+    "parellier-ramp": Study(
+        "Parellier 2023, figures 3 to 5: a ramp that begins at an unknown time",
+        "surefix.studies.parellier_ramp",
+    ),
+    "parellier-sine": Study(
+        "Parellier 2023, figures 6 and 7: a sinusoid of unknown frequency",
+        "surefix.studies.parellier_sine",
+    ),
 }
 
 

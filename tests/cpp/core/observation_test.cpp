@@ -4,10 +4,10 @@
 
 #include <Eigen/LU>
 
-namespace surefix::switching {
+namespace surefix {
 namespace {
 
-using S = Sizes<2, 2, 3>;
+using S = LinearSizes<2, 3>;
 
 struct Rows {
   Observation<S>::Rows H = (Observation<S>::Rows() << 1.0, 0.0, 0.5, 1.0, 0.0, 2.0).finished();
@@ -19,7 +19,7 @@ TEST(Observation, WhitensWithoutChangingTheDensity) {
   const Rows of;
   Observation<S> observation;
   ASSERT_EQ(observation.make(of.H, of.R), ConfigStatus::ok);
-  Measured<S> z(0.3, -1.0, 2.0), white = z;
+  MeasuredOf<S> z(0.3, -1.0, 2.0), white = z;
   observation.whiten(white);
   double squares = 0.0, determinant = 1.0;
   for (int i = 0; i < 3; ++i) {
@@ -31,7 +31,7 @@ TEST(Observation, WhitensWithoutChangingTheDensity) {
   EXPECT_NEAR(observation.density(), 1.0 / std::sqrt(of.R.determinant()), 1e-14);
   // Rows go the same way as z: z − H x whitened is L⁻¹z − L⁻¹H x.
   const Eigen::Vector2d x(0.7, -0.2);
-  Measured<S> rest = z - of.H * x;
+  MeasuredOf<S> rest = z - of.H * x;
   observation.whiten(rest);
   for (int i = 0; i < 3; ++i)
     EXPECT_NEAR(rest(i), white(i) - observation.row(i, 1.0).dot(x), 1e-15);
@@ -42,13 +42,13 @@ TEST(Observation, OfTheComponentsThatExist) {
   Observation<S> all;
   ASSERT_EQ(all.make(of.H, of.R), ConfigStatus::ok);
   Observation<Reduced<S>> present;
-  Measured<Reduced<S>> values;
-  ASSERT_TRUE(present.reduce(all, Measured<S>(0.3, std::nan(""), 2.0), values));
+  MeasuredOf<Reduced<S>> values;
+  ASSERT_TRUE(present.reduce(all, MeasuredOf<S>(0.3, std::nan(""), 2.0), values));
   ASSERT_EQ(present.size(), 2);
   EXPECT_EQ(values(1), 2.0);
   EXPECT_EQ(present.row(1, 1.0)(1), 2.0 - 0.1 / 2.0 * 0.0);
   EXPECT_NEAR(present.variance(1), 0.5 - 0.1 * 0.1 / 2.0, 1e-16);
-  ASSERT_TRUE(present.reduce(all, Measured<S>::Constant(std::nan("")), values));
+  ASSERT_TRUE(present.reduce(all, MeasuredOf<S>::Constant(std::nan("")), values));
   EXPECT_EQ(present.size(), 0);
   EXPECT_EQ(present.density(), 1.0);
 }
@@ -66,4 +66,4 @@ TEST(Observation, RefusesNoiseThatIsNone) {
 }
 
 }  // namespace
-}  // namespace surefix::switching
+}  // namespace surefix

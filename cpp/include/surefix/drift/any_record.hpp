@@ -62,6 +62,10 @@ class AnyRecord {
   [[nodiscard]] virtual std::int64_t id(std::size_t i) const noexcept = 0;
   /// 1/S.
   [[nodiscard]] virtual double inverse(std::size_t i) const noexcept = 0;
+  /// Variance of its own noise.
+  [[nodiscard]] virtual double noise(std::size_t i) const noexcept = 0;
+  /// How much it has of a fault in `direction`.
+  [[nodiscard]] virtual double weight(std::size_t i, const double* direction) const noexcept = 0;
   /// Whether the noise of the channels is correlated, so that measurements mix them.
   [[nodiscard]] virtual bool mixed() const noexcept = 0;
 

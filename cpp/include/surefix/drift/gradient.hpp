@@ -18,9 +18,25 @@ struct Gained {
   typename BeliefOf<S>::Vector gain;
 };
 
+/// The rows of every observation as they are.
+struct AnyRows {
+  template <class S, class F>
+  SUREFIX_INLINE static auto with(const Observation<S>& observation, int i, F&& f) noexcept {
+    const auto h = observation.row(i, 1.0);
+    return f(DenseRow<std::decay_t<decltype(h)>>{h});
+  }
+};
+/// All that read the first state as it is: there the update has nothing to correct.
+struct FirstState {
+  template <class S, class F>
+  SUREFIX_INLINE static auto with(const Observation<S>&, int, F&& f) noexcept {
+    return f(ComponentRow<0>{});
+  }
+};
+
 /// z (T, m), all of it there; `inputs` (T − 1, n) or null; writes `out` (T, m). `kept`: workspace.
-/// `numerical` if an innovation's variance is not positive and finite.
-template <class S>
+/// `Rows`: how they are read. `numerical` if an innovation's variance is not positive and finite.
+template <class Rows, class S>
 [[nodiscard]] Status likelihood_gradient(const PreparedSystem<S>& system, const double* z, int T,
                                          const double* inputs, std::vector<Gained<S>>& kept,
                                          double* out) {
@@ -39,13 +55,13 @@ template <class S>
     for (int i = 0; i < m; ++i) white(i) = *z++;
     observation.whiten(white);
     for (int i = 0; i < m; ++i) {
-      const auto h = observation.row(i, 1.0);
-      const DenseRow<std::decay_t<decltype(h)>> row{h};
-      const double innovation = white(i) - row.dot(belief.x);
       Innovation<BeliefOf<S>> brought;
-      if (!update(belief, row, observation.variance(i), innovation, brought))
-        return Status::numerical;
-      *next++ = {innovation, brought.inverse, brought.gain};
+      const bool updated = Rows::with(observation, i, [&](const auto& row) SUREFIX_LAMBDA {
+        const double innovation = white(i) - row.dot(belief.x);
+        return update(belief, row, observation.variance(i), innovation, brought);
+      });
+      if (!updated) return Status::numerical;
+      *next++ = {brought.value, brought.inverse, brought.gain};
     }
   }
   typename BeliefOf<S>::Vector lambda = BeliefOf<S>::Vector::Zero(n);
@@ -53,10 +69,10 @@ template <class S>
   for (int k = T; k-- > 0;) {
     const Observation<S>& observation = system.observation(k);
     for (int i = m; i-- > 0;) {
-      const auto h = observation.row(i, 1.0);
-      const DenseRow<std::decay_t<decltype(h)>> row{h};
       const Gained<S>& g = *--next;
-      white(i) = 2.0 * desync::sweep_mean<S::n>(lambda, row, g.gain, g.inverse, g.innovation);
+      white(i) = 2.0 * Rows::with(observation, i, [&](const auto& row) SUREFIX_LAMBDA {
+                   return desync::sweep_mean<S::n>(lambda, row, g.gain, g.inverse, g.innovation);
+                 });
     }
     observation.whiten_transposed(white);
     for (int i = m; i-- > 0;) *--out = white(i);

@@ -34,11 +34,23 @@ template <int Q>
   return out;
 }
 
+/// sᵀ M s, s the first column.
+[[nodiscard]] inline double square(const Profile::Matrix& M, const Profile::Matrix& s) noexcept {
+  double sum = 0.0;
+  for (int j = 0; j < static_cast<int>(M.cols()); ++j)
+    for (int i = 0; i < static_cast<int>(M.rows()); ++i) sum += s(i, 0) * M(i, j) * s(j, 0);
+  return sum;
+}
+
 /// Share and inverse of several amplitudes at once, Q ≥ q. The ones behind them have a share of 1.
 template <int Q>
 void several(const Profile::Matrix& gram, const Profile::Matrix& known,
              Detectability& out) noexcept {
   using Square = Eigen::Matrix<double, Q, Q>;
+  // What is smaller by 20 decades than another's information is the rounding of zero, as of a sine
+  // at half the sampling rate.
+  const auto own = known.diagonal();
+  if (!(own.minCoeff() > 1e-20 * own.maxCoeff())) return;
   Square G = padded<Q>(gram), K = padded<Q>(known);
   // In units in which every amplitude is known equally well, so that units do not matter.
   const Eigen::Matrix<double, Q, 1> scale = K.diagonal().cwiseSqrt().cwiseInverse();
@@ -67,15 +79,20 @@ void several(const Profile::Matrix& gram, const Profile::Matrix& known,
 
 [[nodiscard]] inline Detectability detectability(const Information& information,
                                                  const Profile::Matrix& onset) noexcept {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  if (onset.cols() == 1) {
+    const double gram = detail::square(information.gram, onset);
+    const double known = detail::square(information.known, onset);
+    Detectability out{Profile::Matrix::Constant(1, 1, gram), Profile::Matrix::Constant(1, 1, none),
+                      known > 0.0 ? gram / known : none};
+    if (!out.undetectable()) out.inverse(0, 0) = 1.0 / gram;
+    return out;
+  }
   const Profile::Matrix MS = information.gram * onset, KS = information.known * onset;
   const Profile::Matrix known = onset.transpose() * KS;
   const auto q = onset.cols();
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
   Detectability out{onset.transpose() * MS, Profile::Matrix::Constant(q, q, none), none};
-  if (q == 1) {
-    out.share = known(0, 0) > 0.0 ? out.gram(0, 0) / known(0, 0) : none;
-    if (!out.undetectable()) out.inverse(0, 0) = 1.0 / out.gram(0, 0);
-  } else if (q == 2) {
+  if (q == 2) {
     detail::several<2>(out.gram, known, out);
   } else {
     detail::several<Profile::max_size>(out.gram, known, out);

@@ -1,0 +1,188 @@
+// What the sweeps find against Γ of all measurements, formed and inverted.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "random.hpp"
+#include "surefix/drift/any_gradient.hpp"
+#include "surefix/drift/any_record.hpp"
+#include "surefix/drift/likelihood_ratio.hpp"
+
+namespace surefix::drift {
+namespace {
+
+/// A system of n states and m correlated outputs, and one run of it with inputs and irregular
+/// times.
+struct Case {
+  LinearSystem system;
+  Eigen::VectorXd z, inputs;
+  std::vector<double> times;
+  int T, n, m;
+
+  Case(int states, int outputs, int steps, std::uint64_t seed, bool missing)
+      : T(steps), n(states), m(outputs) {
+    test::Random random(seed);
+    const auto normal = [&](int rows, int columns) {
+      return Eigen::MatrixXd::NullaryExpr(rows, columns, [&]() { return random.normal(); }).eval();
+    };
+    const auto covariance = [&](int size) {
+      const Eigen::MatrixXd half = normal(size, size);
+      Eigen::MatrixXd out = half * half.transpose() + Eigen::MatrixXd::Identity(size, size);
+      out = (out + out.transpose()).eval() / 2;
+      return out;
+    };
+    for (int k = 0; k + 1 < T; ++k) {
+      system.A.push_back(0.4 * normal(n, n));
+      system.Q.push_back(covariance(n));
+    }
+    system.H = {normal(m, n)};
+    system.R = {covariance(m)};
+    system.x0 = normal(n, 1);
+    system.P0 = covariance(n);
+    z = normal(T * m, 1);
+    inputs = normal((T - 1) * n, 1);
+    for (int k = 0; k < T; ++k) times.push_back(k + 0.3 * random.uniform());
+    if (missing)
+      for (const int i : {1, 4, 5}) z(i) = std::numeric_limits<double>::quiet_NaN();
+  }
+  SystemData data() const { return {z.data(), inputs.data(), times.data(), 1, T}; }
+
+  /// Γ and γ of those that are there.
+  void dense(std::vector<int>& kept, Eigen::MatrixXd& Gamma, Eigen::VectorXd& gamma) const {
+    Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(T * m, T * m);
+    std::vector<Eigen::MatrixXd> P{system.P0};
+    std::vector<Eigen::VectorXd> x{system.x0};
+    for (std::size_t k = 0; k + 1 < static_cast<std::size_t>(T); ++k) {
+      P.push_back(system.A[k] * P[k] * system.A[k].transpose() + system.Q[k]);
+      x.push_back(system.A[k] * x[k] + inputs.segment(static_cast<int>(k) * n, n));
+    }
+    Eigen::VectorXd own(T * m);
+    const Eigen::MatrixXd& H = system.H.front();
+    for (int k = 0; k < T; ++k) {
+      own.segment(k * m, m) = z.segment(k * m, m) - H * x[static_cast<std::size_t>(k)];
+      Eigen::MatrixXd C = P[static_cast<std::size_t>(k)];  // cov(x_j, x_k)
+      for (int j = k; j < T; ++j) {
+        const Eigen::MatrixXd block = H * C * H.transpose();
+        Z.block(j * m, k * m, m, m) = block;
+        Z.block(k * m, j * m, m, m) = block.transpose();
+        if (j + 1 < T) C = system.A[static_cast<std::size_t>(j)] * C;
+      }
+      Z.block(k * m, k * m, m, m) += system.R.front();
+    }
+    kept.clear();
+    for (int i = 0; i < T * m; ++i)
+      if (!std::isnan(z(i))) kept.push_back(i);
+    Gamma = Z(kept, kept);
+    gamma = own(kept);
+  }
+};
+
+Profile ramp() {
+  Profile out;
+  Profile::Matrix A(2, 2), onset(2, 1);
+  A << 0, 1, 0, 0;
+  onset << 0, 1;
+  EXPECT_EQ(Profile::make(A, Eigen::Vector2d(1, 0), onset, out), ConfigStatus::ok);
+  return out;
+}
+
+void expect_dense(const Case& c) {
+  Status status = Status::ok;
+  const auto record = AnyRecord::of(c.system, c.data(), status);
+  ASSERT_EQ(status, Status::ok);
+  std::vector<int> kept;
+  Eigen::MatrixXd Gamma;
+  Eigen::VectorXd gamma;
+  c.dense(kept, Gamma, gamma);
+  const Eigen::LLT<Eigen::MatrixXd> factor(Gamma);
+  const Eigen::VectorXd w = factor.solve(gamma);
+
+  // A pulse in every channel: gradient and diagonal of Γ⁻¹. A ramp: every onset.
+  for (const bool pulse : {true, false}) {
+    for (int channel = 0; channel < c.m; ++channel) {
+      Search search{pulse ? Profile::pulse() : ramp(),
+                    std::vector<double>(static_cast<std::size_t>(c.m), 0.0)};
+      search.direction[static_cast<std::size_t>(channel)] = 1.0;
+      Onsets onsets;
+      ASSERT_TRUE(record->onsets(search, onsets));
+      const std::size_t K = onsets.measurement.size();
+      std::vector<double> num(K);
+      ASSERT_TRUE(record->scan(search, {record->innovations.data(), 0, 1}, K, num.data()));
+      std::vector<int> begun;
+      for (int k = 0; k < c.T; ++k)
+        if (!std::isnan(c.z(k * c.m + channel))) begun.push_back(k);
+      ASSERT_EQ(K, begun.size());
+      for (std::size_t o = 0; o < K; ++o) {
+        const int from = begun[o];
+        Eigen::VectorXd d = Eigen::VectorXd::Zero(gamma.size());
+        for (std::size_t i = 0; i < kept.size(); ++i) {
+          const int k = kept[i] / c.m;
+          if (kept[i] % c.m != channel || k < from) continue;
+          const double since =
+              c.times[static_cast<std::size_t>(k)] - c.times[static_cast<std::size_t>(from)];
+          d(static_cast<int>(i)) = pulse ? (k == from ? 1.0 : 0.0) : since;
+        }
+        const double G = d.dot(factor.solve(d));
+        EXPECT_NEAR(num[o], d.dot(w), 1e-10 * (1.0 + std::abs(d.dot(w))));
+        if (onsets.share[o] > detectable) {
+          EXPECT_NEAR(onsets.inverse[o] * G, 1.0, 1e-9) << o;
+        } else {
+          EXPECT_LT(G, 1e-9) << o;  // a ramp that begins with the last measurement
+        }
+      }
+    }
+  }
+  const double log_likelihood =
+      -0.5 *
+      (gamma.dot(w) + 2.0 * Eigen::MatrixXd(factor.matrixL()).diagonal().array().log().sum() +
+       static_cast<double>(gamma.size()) * std::log(2.0 * M_PI));
+  EXPECT_NEAR(record->log_likelihood.front(), log_likelihood, 1e-9 * std::abs(log_likelihood));
+}
+
+TEST(Record, FindsWhatTheDenseCovarianceFinds) {
+  expect_dense(Case(2, 1, 12, 1, false));
+  expect_dense(Case(2, 1, 12, 2, true));
+  expect_dense(Case(4, 3, 9, 3, false));
+  expect_dense(Case(4, 3, 9, 4, true));
+}
+
+TEST(Record, TheGradientIsTwiceTheWhitenedInnovation) {
+  for (const int m : {1, 3}) {
+    const Case c(2, m, 20, 7, false);
+    std::unique_ptr<AnyGradient> engine;
+    ASSERT_EQ(AnyGradient::make(c.system, engine), ConfigStatus::ok);
+    std::vector<double> g(static_cast<std::size_t>(c.z.size()));
+    ASSERT_EQ(engine->run(c.z.data(), c.T, c.inputs.data(), g.data()), Status::ok);
+    std::vector<int> kept;
+    Eigen::MatrixXd Gamma;
+    Eigen::VectorXd gamma;
+    c.dense(kept, Gamma, gamma);
+    const Eigen::VectorXd truth = 2.0 * Gamma.llt().solve(gamma);
+    for (Eigen::Index i = 0; i < truth.size(); ++i)
+      EXPECT_NEAR(g[static_cast<std::size_t>(i)], truth(i), 1e-11 * truth.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST(Record, RunsSideBySideAreTheSameBitsAsOneByOne) {
+  const Case c(2, 1, 30, 9, false);
+  std::vector<double> all;
+  constexpr int runs = 11;
+  for (int run = 0; run < runs; ++run)
+    for (Eigen::Index i = 0; i < c.z.size(); ++i) all.push_back(c.z(i) * (1 + run));
+  Status status = Status::ok;
+  const auto together =
+      AnyRecord::of(c.system, {all.data(), c.inputs.data(), c.times.data(), runs, c.T}, status);
+  const Search search{ramp(), {1.0}};
+  Onsets onsets;
+  ASSERT_TRUE(together->onsets(search, onsets));
+  const std::size_t K = onsets.measurement.size();
+  std::vector<double> num(runs * K), one(runs * K);
+  ASSERT_TRUE(together->scan(search, {together->innovations.data(), 0, runs}, K, num.data()));
+  for (std::int64_t run = 0; run < runs; ++run)
+    ASSERT_TRUE(
+        together->scan(search, {together->innovations.data(), run, run + 1}, K, one.data()));
+  EXPECT_EQ(num, one);
+}
+
+}  // namespace
+}  // namespace surefix::drift
