@@ -38,15 +38,24 @@ Array states(const Profile& profile, const Array& elapsed) {
   return out;
 }
 
-/// The record, or the name of the status that says why there is none.
+/// The record, with x (runs, steps, n) and P (steps, n, n) if wanted; or the name of the status
+/// that says why there is none.
 py::object of_system(const LinearSystem& system, const Array& z, const std::optional<Array>& inputs,
-                     const Array& times) {
+                     const Array& times, bool estimates) {
   const int T = static_cast<int>(z.shape(1));
   if (z.ndim() != 3 || z.shape(2) != system.measured() || times.shape(0) != T)
     throw std::invalid_argument("z, times: expected (runs, steps, m), (steps)");
   if (inputs && (inputs->shape(0) != T - 1 || inputs->shape(1) != system.size()))
     throw std::invalid_argument("inputs: expected (steps - 1, n)");
-  const SystemData data{z.data(), inputs ? inputs->data() : nullptr, times.data(), z.shape(0), T};
+  const py::ssize_t n = system.size(), kept = estimates ? T : 0;
+  Array x({z.shape(0), kept, n}), P({kept, n, n});
+  const SystemData data{z.data(),
+                        inputs ? inputs->data() : nullptr,
+                        times.data(),
+                        z.shape(0),
+                        T,
+                        estimates ? x.mutable_data() : nullptr,
+                        estimates ? P.mutable_data() : nullptr};
   Status status = Status::ok;
   std::unique_ptr<AnyRecord> record;
   {
@@ -54,7 +63,7 @@ py::object of_system(const LinearSystem& system, const Array& z, const std::opti
     record = AnyRecord::of(system, data, status);
   }
   if (status != Status::ok) return py::str(name(status));
-  return py::cast(std::move(record));
+  return py::make_tuple(py::cast(std::move(record)), x, P);
 }
 
 /// The record, and the status of every row.
@@ -263,7 +272,7 @@ void bind_drift(py::module_& module) {
 
   py::class_<AnyRecord>(module, "DriftRecord")
       .def_static("of_system", &of_system, py::arg("system"), py::arg("z"), py::arg("inputs"),
-                  py::arg("times"))
+                  py::arg("times"), py::arg("estimates"))
       .def_static("of_log", &of_log, py::arg("system"), py::arg("x0"), py::arg("P0"),
                   py::arg("start"), py::arg("stamp"), py::arg("sensor"), py::arg("value"))
       .def_property_readonly("size", &AnyRecord::size)

@@ -21,7 +21,7 @@ from surefix import tables
 from surefix.config import load_config
 from surefix.plots import style
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "car-comma2k19"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "car-comma2k19"
 MODELS = {"config": "config.toml", "robust": "config-robust.toml"}
 SENSORS = ("wheel_rl", "wheel_fr", "gnss_ublox")
 SLOPES = (0.005, 0.01, 0.02, 0.05, 0.1)  # m/s²

@@ -22,7 +22,7 @@ from surefix import tables
 from surefix.config import Config, load_config
 from surefix.plots import style
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "car-kingston"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "car-kingston"
 SLOPES = (0.005, 0.01, 0.02, 0.05, 0.1)  # m/s²
 ONSETS = (340.0, 940.0, 1440.0)  # s, followed by a minute without a stop or nearly so
 LASTS = 60.0  # s after which the log is cut: the question is what a minute of it shows

@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 Columns = dict[str, npt.NDArray[Any]]
 Parameters = dict[str, float]
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "rotor-rosa"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "rotor-rosa"
 LOADS = ("healthy_101", "healthy_103", "damping_401", "damping_403", "lateral_200", "lateral_202",
          "vibration_301", "vibration_303")  # fmt: skip
 FIXED = 3.6748  # Hz, an oscillation that is there at every speed, with two harmonics

@@ -23,7 +23,7 @@ from surefix.plots import style
 
 Array = npt.NDArray[np.float64]
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "tep"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "tep"
 # Reactor pressure, reactor temperature, separator temperature, cooling water outlet temperature.
 VARIABLES = ("xmeas_7", "xmeas_9", "xmeas_11", "xmeas_21")
 FITTED = 250  # samples of d00 that the model is identified on: all there is before SEAM
@@ -110,7 +110,8 @@ def oscillation(record: sf.ForwardRecord) -> dict[str, Any]:
     """Rows by channel [1/h]."""
     rows = {}
     for channel in VARIABLES:
-        found = sf.SpectrumDetector(channel, false_alarm=1e-3 / len(VARIABLES)).run(record)
+        detector = sf.SpectrumDetector(channel, false_alarm=1e-3 / len(VARIABLES), samples=128)
+        found = detector.run(record)
         rows[channel] = {
             "frequency": found.refined_frequency, "amplitude": found.amplitude,
             "se": found.amplitude_se, "drop": found.drop, "threshold": found.threshold,
@@ -183,7 +184,7 @@ def draw(folder: Path, path: Path) -> None:
         row[1].set(yscale="log", ylim=(0.1, 1e4), xlabel="onset [h]", ylabel="drop")
         row[1].set_title(f"a {kind}, with {upto * Δt:g} h of {name}", fontsize=10)
         for data, colour, text in ((faulty, style.ALARM, name), (kept, "black", "d00, kept back")):
-            spectrum = sf.SpectrumDetector("xmeas_9").run(make_record(model, data))
+            spectrum = sf.SpectrumDetector("xmeas_9", samples=128).run(make_record(model, data))
             row[2].plot(spectrum.frequency, spectrum.ratio, lw=0.8, color=colour, label=text)
         row[2].axhline(spectrum.threshold or 0, color="black", ls="--", lw=1)
         row[2].set(yscale="log", ylim=(0.1, 1e5), xlabel="frequency [1/h]", ylabel="drop")

@@ -24,7 +24,7 @@ from surefix.plots import style
 
 Array = npt.NDArray[np.float64]
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "train-infrabel"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "train-infrabel"
 FITTED, CLEAN = 28876, (28876, 29304)
 # Run: until when it is looked at [s], before the position jumps back to where it belongs. Of 28586
 # the track is probably wrong later on.

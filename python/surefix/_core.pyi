@@ -270,7 +270,8 @@ class DriftRecord:
         z: npt.ArrayLike,
         inputs: npt.ArrayLike | None,
         times: npt.ArrayLike,
-    ) -> DriftRecord | str: ...
+        estimates: bool,
+    ) -> tuple[DriftRecord, _Floats, _Floats] | str: ...
     @staticmethod
     def of_log(
         system: System,

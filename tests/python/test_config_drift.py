@@ -23,7 +23,7 @@ sigma = [1.0, 0.1]
 [[sensor]]
 name = "wheel"
 sigma = 1.0
-faults = [{ mode = "outage", span = 60.0 }]
+faults = [{ mode = "outage", span = 60.0, probability = 0.01 }]
 [[sensor]]
 name = "radar"
 sigma = 2.0
@@ -114,7 +114,7 @@ def test_grid_is_half_a_cycle_apart() -> None:
 
 def test_grid_with_too_many_says_where_to_end() -> None:
     drift = Drift(frequencies=(0.1, 3.0))
-    with pytest.raises(sf.ConfigError, match="29001 frequencies.* 20000: end at") as caught:
+    with pytest.raises(sf.ConfigError, match=r"29001 frequencies.* 20000: end at") as caught:
         drift.grid(duration=5000.0, interval=0.1)
     end = float(str(caught.value).split("end at ")[1].split(" Hz")[0])
     grid = dataclasses.replace(drift, frequencies=(0.1, end)).grid(5000.0, 0.1)

@@ -56,7 +56,8 @@ def drift(
         with shown.phase("searching") as advance:
             search = drift_search.search(settings, measurements, advance)
             if search.before.engine.size == 0:
-                raise ConfigError(f"{log}: no row could be used: {search.counts}")
+                counts = ", ".join(f"{n} {status}" for status, n in search.counts.items())
+                raise ConfigError(f"{log}: no row could be used: {counts}")
         with shown.phase("writing") as advance:
             found = {"log": str(log), "config": str(config), **drift_findings.summarise(search)}
             out.mkdir(parents=True, exist_ok=True)

@@ -15,11 +15,13 @@ from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.core.linear_system import LinearSystem
 from surefix.desync.filter import DesyncFilter
+from surefix.desync.result import Result
 from surefix.drift.data import measurements
-from surefix.drift.fault import Fault, subtracted
+from surefix.drift.fault import Fault
 from surefix.drift.forward_record import ForwardRecord
 from surefix.drift.onset import OnsetDetector
 from surefix.drift.profile import Profile
+from surefix.drift.repair import StateEstimates, repaired_estimates, subtracted
 from surefix.drift.spectrum import SpectrumDetector
 from surefix.errors import ConfigError, ShapeError
 from surefix.log import Log
@@ -62,10 +64,22 @@ class Diagnosis:
     before: Fit
     after: Fit
     false_alarm: float
+    source: LinearSystem | DesyncFilter
+    original: FloatArray | Log
+    settings: dict[str, Any]
 
     @property
     def detected(self) -> bool:
         return bool(self.faults)
+
+    def estimates(
+        self, rate: float | None = None, times: npt.ArrayLike | None = None
+    ) -> tuple[Result | StateEstimates, Result | StateEstimates]:
+        """The filter's estimates from the data as they were, and from the repaired data with the
+        faults' uncertainty added to P. Of a log as ``DesyncFilter.run`` gives them."""
+        return repaired_estimates(
+            self.source, self.original, self.repaired, self.faults, self.settings, rate, times
+        )
 
 
 def diagnose(
@@ -82,7 +96,7 @@ def diagnose(
     times: npt.ArrayLike | None = None,
     inputs: npt.ArrayLike | None = None,
     names: Sequence[str] | None = None,
-    samples: int = 512,
+    samples: int = 1024,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Searches every channel for every course of fault; subtracts the best; searches again.
@@ -110,6 +124,7 @@ def diagnose(
         settings = {"times": times, "inputs": inputs, "channels": names}
     else:
         raise ConfigError(f"source: expected a LinearSystem or DesyncFilter, got {source!r}")
+    original = given
     record = ForwardRecord(source, given, **settings)
     suspects = record.channels if channels is None else tuple(channels)
     makers: list[tuple[str, Any]] = [
@@ -144,11 +159,13 @@ def diagnose(
             break
         faults.append(best)
         values = best.value(record.time)
-        given = subtracted(source, given, record.time, record.channels, best.channel, values)
+        given = subtracted(given, record.channels, best.channel, values)
         record = ForwardRecord(source, given, **settings)
     if progress is not None:
         progress(most * len(detectors), most * len(detectors))
-    return Diagnosis(tuple(faults), first, given, before, _fit(record), alarm)
+    return Diagnosis(
+        tuple(faults), first, given, before, _fit(record), alarm, source, original, settings
+    )
 
 
 def _fit(record: ForwardRecord) -> Fit:

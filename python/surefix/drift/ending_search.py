@@ -25,7 +25,7 @@ class EndingSearch:
             )
         self._onsets = onsets
         self._first, self._second = np.triu_indices(K, 1)
-        responses = np.concatenate([np.zeros((0, 0)), *map(onsets.response, range(K))])
+        responses = np.concatenate([np.zeros((0, onsets.size)), *map(onsets.response, range(K))])
         gram = self._of_pairs(onsets.numerators(responses)[:, :, 0])
         unit = onsets.unit_values()
         with np.errstate(divide="ignore", invalid="ignore"):

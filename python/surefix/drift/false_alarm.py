@@ -172,9 +172,9 @@ def _counted(
 def quadratic(numerators: FloatArray, inverse: FloatArray) -> FloatArray:
     """numᵀ G⁻¹ num of (runs, K, q) and (K, q, q)."""
     q = inverse.shape[-1]
-    result: FloatArray = sum(
-        (numerators[..., a] * numerators[..., b]) * ((1 + (a != b)) * inverse[:, a, b])
-        for a in range(q)
-        for b in range(a, q)
-    )
+    result = np.zeros(np.broadcast_shapes(numerators.shape[:-1], inverse.shape[:1]))
+    for a in range(q):
+        for b in range(a, q):
+            twice = 1 if a == b else 2
+            result += (numerators[..., a] * numerators[..., b]) * (twice * inverse[:, a, b])
     return result

@@ -1,4 +1,4 @@
-"""A fault that was found, and what is left of data without it."""
+"""A fault that was found."""
 
 from __future__ import annotations
 
@@ -8,10 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix.core.checks import FloatArray
-from surefix.core.linear_system import LinearSystem
-from surefix.desync.filter import DesyncFilter
 from surefix.drift.profile import Profile
-from surefix.log import Log
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,21 +61,3 @@ class Fault:
         elapsed = np.nan_to_num(t - onset, nan=-1.0)
         shape: FloatArray = self.profile.value(np.maximum(elapsed, 0.0))
         return np.where(elapsed[:, None] >= 0, shape, 0.0)
-
-
-def subtracted(
-    source: LinearSystem | DesyncFilter,
-    data: FloatArray | Log,
-    times: FloatArray,
-    channels: tuple[str, ...],
-    channel: str,
-    values: FloatArray,
-) -> FloatArray | Log:
-    """The data less ``values`` at ``times`` (steps,) or (rows,) in one channel."""
-    if isinstance(data, Log):
-        here = data.sensor == channel
-        stamp = np.where(np.isfinite(data.time), data.time, np.nan)
-        return Log(stamp, data.sensor, np.where(here, data.value - values, data.value))
-    repaired = data.copy()
-    repaired[..., channels.index(channel)] -= values
-    return repaired

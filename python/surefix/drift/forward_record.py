@@ -32,7 +32,8 @@ class ForwardRecord:
     z (steps, m), or (runs, steps, m) with one pattern of missing components, NaN, in all runs.
     Then ``times`` (steps,) are ascending (by default 0, 1, 2, …); ``inputs`` (steps - 1, n) are
     what is known to be added to the state between measurements k and k + 1; ``channels`` names the
-    m components (by default "0", "1", …).
+    m components (by default "0", "1", …); with ``estimates`` the filter's ``x`` (steps, n), or
+    (runs, steps, n), and ``P`` (steps, n, n) are kept, too.
 
     ``time``: of each step, or the validity of each row of the log. Where a scale-factor error is a
     state, the rows are as linearised in the pass. Raises ShapeError or ConfigError for what does
@@ -46,16 +47,22 @@ class ForwardRecord:
         times: npt.ArrayLike | None = None,
         inputs: npt.ArrayLike | None = None,
         channels: Sequence[str] | None = None,
+        estimates: bool = False,
     ) -> None:
         if isinstance(source, DesyncFilter):
-            if times is not None or inputs is not None or channels is not None:
-                raise ConfigError("times, inputs, channels: expected none with a filter and a log")
+            if times is not None or inputs is not None or channels is not None or estimates:
+                raise ConfigError(
+                    "times, inputs, channels, estimates: expected none with a filter and a log"
+                )
             self._of_log(source, checks.instance("data", data, Log))
         elif isinstance(source, LinearSystem):
-            self._of_system(source, data, times, inputs, channels)
+            self._of_system(source, data, times, inputs, channels, bool(estimates))
         else:
             raise ConfigError(f"source: expected a LinearSystem or DesyncFilter, got {source!r}")
         self.source = source
+
+    x: FloatArray
+    P: FloatArray
 
     def _of_log(self, filter: DesyncFilter, log: Log) -> None:
         self.channels = tuple(sensor.name for sensor in filter.sensors)
@@ -81,6 +88,7 @@ class ForwardRecord:
         times: npt.ArrayLike | None,
         inputs: npt.ArrayLike | None,
         channels: Sequence[str] | None,
+        estimates: bool,
     ) -> None:
         if isinstance(data, Log):
             raise ConfigError("data: expected measurements (steps, m) of a LinearSystem, got a Log")
@@ -90,10 +98,12 @@ class ForwardRecord:
         self.channels = checks.tuple_of("channels", given, str, "names")
         if isinstance(channels, str) or len(self.channels) != m or len(set(self.channels)) != m:
             raise ConfigError(f"channels: expected {m} different names, got {channels!r}")
-        made = _core.DriftRecord.of_system(system.engine, z, known, self.time)
+        made = _core.DriftRecord.of_system(system.engine, z, known, self.time, estimates)
         if isinstance(made, str):
             raise NumericalError("system, z: an innovation's variance is not positive and finite")
-        self.engine = made
+        self.engine, x, P = made
+        if estimates:
+            self.x, self.P = self._one_or_all(x), P
         self._shape = z.shape[1:]
         self._step_of = self.engine.ids // m if m > 1 else self.engine.ids
         self._values = (z, None)
@@ -153,8 +163,8 @@ class ForwardRecord:
 
     @property
     def innovations(self) -> FloatArray:
-        """(runs, measurements) ν of the scalar measurements in the order in which they were used; of
-        correlated channels those of L⁻¹z, R = L D Lᵀ."""
+        """(runs, measurements) ν of the scalar measurements in the order of their use; of channels
+        that are correlated those of L⁻¹z, R = L D Lᵀ."""
         return self.engine.innovations
 
     @property

@@ -30,7 +30,7 @@ class OnsetDetector:
         channel: Direction = None,
         false_alarm: float = 1e-3,
         ends: bool = False,
-        samples: int = 512,
+        samples: int = 1024,
         seed: int = 0,
     ) -> None:
         self.profile = checks.instance("profile", profile, Profile)

@@ -24,6 +24,11 @@ class OnsetSearch:
         self.usable: Indices = np.flatnonzero(self.share > _core.DETECTABLE)
         self.work = (2 + profile.amplitudes) * record.engine.size
 
+    @property
+    def size(self) -> int:
+        """Measurements of all channels, N."""
+        return self._record.engine.size
+
     @cached_property
     def variances(self) -> FloatArray:
         return 1 / self._record.engine.inverse

@@ -36,7 +36,7 @@ class SpectrumDetector:
         frequencies: npt.ArrayLike | None = None,
         oversampling: int = 2,
         false_alarm: float = 1e-3,
-        samples: int = 512,
+        samples: int = 1024,
         seed: int = 0,
     ) -> None:
         self.channel = channel

@@ -129,7 +129,7 @@ def test_p_values_against_drawn_windows(name: str) -> None:
         i = order[rank]
         p, se = float(found.p_value[i]), float(found.p_value_se[i])
         drawn = float(exceeded(name, drop[i]))
-        assert 0.0 <= se < 0.1 * p + 1e-12  # 512 samples
+        assert 0.0 <= se < 0.1 * p + 1e-12  # 1024 samples
         error = 4.0 * np.hypot(se, np.sqrt(drawn * (1.0 - drawn) / DRAWS))
         assert drawn - error <= p <= drawn * (1.0 + (drawn if name == "spectrum" else 0.0)) + error
 

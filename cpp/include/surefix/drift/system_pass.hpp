@@ -22,6 +22,8 @@ struct SystemData {
   const double* times;
   std::int64_t runs;
   int T;
+  double* x = nullptr;  ///< (runs, T, n) estimates; null: not wanted
+  double* P = nullptr;  ///< (T, n, n)
 };
 
 /// Gains, rows and transitions of one run. `numerical` if an innovation's variance is not positive
@@ -44,17 +46,11 @@ class GainPass {
       present_.clear();
       for (int c = 0; c < m; ++c)
         if (!std::isnan(z[c])) present_.push_back(c);
-      if (present_.empty()) continue;
-      if (static_cast<int>(present_.size()) == m) {
-        if (!take(k, system_.observation(k))) return Status::numerical;
-        continue;
-      }
-      MeasuredOf<S> all(m);
-      for (int c = 0; c < m; ++c) all(c) = z[c];
-      MeasuredOf<Reduced<S>> values;
-      Observation<Reduced<S>> part;
-      if (!part.reduce(system_.observation(k), all, values) || !take(k, part))
-        return Status::numerical;
+      if (!read(k, z)) return Status::numerical;
+      if (data_.P == nullptr) continue;
+      const int n = belief_.size();
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) data_.P[(k * n + j) * n + i] = belief_.P(i, j);
     }
     return Status::ok;
   }
@@ -65,6 +61,18 @@ class GainPass {
     predict(belief_, transition);
     F_ = transition.F * F_;
     elapsed_ += data_.times[k] - data_.times[k - 1];
+  }
+
+  /// Those components of z that are present.
+  [[nodiscard]] bool read(int k, const double* z) {
+    const int m = system_.measured();
+    if (present_.empty()) return true;
+    if (static_cast<int>(present_.size()) == m) return take(k, system_.observation(k));
+    MeasuredOf<S> all(m);
+    for (int c = 0; c < m; ++c) all(c) = z[c];
+    MeasuredOf<Reduced<S>> values;
+    Observation<Reduced<S>> part;
+    return part.reduce(system_.observation(k), all, values) && take(k, part);
   }
 
   template <class O>
@@ -139,6 +147,9 @@ void pass_means(const PreparedSystem<S>& system, const SystemData& data, const R
       for (int l = 0; l < lanes; ++l)
         out[static_cast<std::size_t>(first + l) * record.size() + at] = L::get(innovation, l);
     }
+    if (data.x == nullptr) continue;
+    for (int l = 0; l < lanes; ++l)
+      for (int i = 0; i < n; ++i) data.x[((first + l) * data.T + k) * n + i] = L::get(x(i), l);
   }
 }
 
