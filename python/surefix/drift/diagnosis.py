@@ -28,6 +28,9 @@ from surefix.log import Log
 
 Progress = Callable[[int, int], None]
 
+RIVAL = 2 * math.log(20)
+"""Difference of two scores at odds of 20 to 1."""
+
 
 @dataclass(frozen=True)
 class Searched:
@@ -214,4 +217,8 @@ def _best(found: Sequence[tuple[Searched, Fault | None]]) -> Fault | None:
         (s.channel, s.kind, s.score) for s, fault in found
         if s.score is not None and fault is not best
     ]  # fmt: skip
-    return dataclasses.replace(best, runner_up=max(others, key=lambda o: o[2], default=None))
+    close = {channel for channel, _, score in others if score > best.score - RIVAL}
+    return dataclasses.replace(
+        best, runner_up=max(others, key=lambda o: o[2], default=None),
+        rivals=tuple(sorted(close - {best.channel})),
+    )  # fmt: skip

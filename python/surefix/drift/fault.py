@@ -19,8 +19,9 @@ class Fault:
     ``p_value``: of the whole search for it: probability that any of the searched channels and
     courses shows as much with no fault, at most. ``score``: drop of 𝓛 less ln N for each of its
     ``parameters`` (Schwarz's criterion, BIC); ``runner_up``: the next best (channel, kind, score)
-    of another channel or course. ``amplitudes`` (q,) and their ``covariance`` (q, q), given onset
-    and course.
+    of another channel or course; ``rivals``: other channels whose best score is within 2 ln 20 of
+    it, so that the odds between the two are less than 20 to 1 and either may be the faulty one.
+    ``amplitudes`` (q,) and their ``covariance`` (q, q), given onset and course.
     """
 
     channel: str
@@ -40,6 +41,7 @@ class Fault:
     phase: float | None = None
     origin: float = 0.0
     runner_up: tuple[str, str, float] | None = None
+    rivals: tuple[str, ...] = ()
 
     def basis(self, time: npt.ArrayLike) -> FloatArray:
         """What each unit amplitude is at ``time`` (any,): (any, q)."""
