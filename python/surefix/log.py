@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -57,6 +58,15 @@ class Log:
     def sensor(self) -> npt.NDArray[np.str_]:
         """Name of the sensor of every row (N,)."""
         return np.asarray(self.names, dtype=np.str_)[self.code]
+
+    def with_value(self, value: npt.ArrayLike) -> Log:
+        """The same measurements, to the nanosecond, with other values (N,)."""
+        column = _column("value", value)
+        if len(column) != len(self):
+            raise ShapeError(f"log, value: expected shape ({len(self)},), got {column.shape}")
+        other = copy.copy(self)
+        other.value = column
+        return other
 
     def codes_for(self, names: Sequence[str]) -> npt.NDArray[np.int32]:
         """Index of every row's sensor in ``names`` (N,), −1 where it is not among them."""

@@ -1,5 +1,6 @@
 #include "surefix/drift/any_gradient.hpp"
 
+#include "surefix/core/large_array.hpp"
 #include "surefix/drift/gradient.hpp"
 
 namespace surefix::drift {
@@ -22,10 +23,11 @@ class GradientOf final : public AnyGradient {
     return status;
   }
   Status run(const double* z, int T, const double* inputs, double* out) const override {
-    // Memory that every call would take anew costs more than the sweep: each thread keeps its own.
-    static thread_local std::vector<Gained<S>> kept;
-    if (first_state_) return likelihood_gradient<FirstState>(system_, z, T, inputs, kept, out);
-    return likelihood_gradient<AnyRows>(system_, z, T, inputs, kept, out);
+    const auto count = static_cast<std::size_t>(T) * static_cast<std::size_t>(measured());
+    LargeArray<double> kept(count * static_cast<std::size_t>(kept_of_each(size())));
+    if (first_state_)
+      return likelihood_gradient<FirstState>(system_, z, T, inputs, kept.data(), out);
+    return likelihood_gradient<AnyRows>(system_, z, T, inputs, kept.data(), out);
   }
   int size() const noexcept override { return system_.size(); }
   int measured() const noexcept override { return system_.measured(); }

@@ -14,15 +14,16 @@ std::unique_ptr<AnyRecord> of_system(const LinearSystem& system, const SystemDat
     status = Status::numerical;
     return nullptr;
   }
-  auto out = std::make_unique<RecordOf<S::n, S::max_n>>(system.size(), system.measured());
+  const int m = system.measured();
+  auto out = std::make_unique<RecordOf<S::n, S::max_n>>(
+      system.size(), m, static_cast<std::size_t>(data.T) * static_cast<std::size_t>(m));
   auto& record = out->record;
-  record.reserve(static_cast<std::size_t>(data.T) * static_cast<std::size_t>(system.measured()));
   status = GainPass(prepared, data, record).run();
   if (status != Status::ok) return nullptr;
 
   const std::size_t count = record.size();
   const auto runs = static_cast<std::size_t>(data.runs);
-  out->innovations.resize(runs * count);
+  out->innovations = LargeArray<double>(runs * count);
   over_runs({nullptr, 0, data.runs}, [&](std::int64_t run, int lanes, auto kind) {
     pass_means<decltype(kind)>(prepared, data, record, run, lanes, out->innovations.data());
   });
@@ -46,8 +47,9 @@ template <class Record, class System>
 std::unique_ptr<AnyRecord> of_log(const System& system, const typename System::Belief& belief,
                                   std::optional<Time> start, const desync::LogView& log,
                                   Status* status) {
-  auto out = std::make_unique<Record>(system.state_size(), system.sensor_count());
   const desync::SortedLog sorted(system, log, status);
+  auto out = std::make_unique<Record>(system.state_size(), system.sensor_count(), sorted.size());
+  out->innovations = LargeArray<double>(sorted.size());
   out->log_likelihood.resize(1);
   pass_log(system, belief, start, sorted, status, out->record, out->innovations,
            out->log_likelihood.front());

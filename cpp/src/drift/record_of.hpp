@@ -39,7 +39,7 @@ class RecordOf final : public AnyRecord {
   using Record = ForwardRecord<N, MaxN>;
 
  public:
-  RecordOf(int n, int channels) : record(n, channels) {}
+  RecordOf(int n, int channels, std::size_t capacity) : record(n, channels, capacity) {}
 
   Record record;
 

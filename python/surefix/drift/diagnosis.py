@@ -117,19 +117,21 @@ def diagnose(
     courses = checks.tuple_of("profiles", courses, Profile, "Profiles")
     settings: dict[str, Any] = {}
     given: FloatArray | Log
-    if isinstance(data, Log):
-        given = data
-    elif isinstance(source, LinearSystem):
+    if isinstance(source, LinearSystem):
         z, _, _, alone = measurements(source, data, times, inputs)
         if not alone:
             raise ShapeError(f"data: expected one run (steps, m), got shape {z.shape}")
         given = z[0]
         settings = {"times": times, "inputs": inputs, "channels": names}
     else:
-        raise ConfigError(f"source: expected a LinearSystem or DesyncFilter, got {source!r}")
+        checks.instance("source", source, DesyncFilter)
+        given = checks.instance("data", data, Log)
+        for name, value in {"times": times, "inputs": inputs, "names": names}.items():
+            if value is not None:
+                raise ConfigError(f"{name}: expected none with a filter and a log, got {value!r}")
     original = given
     record = ForwardRecord(source, given, **settings)
-    suspects = record.channels if channels is None else tuple(channels)
+    suspects = record.channels if channels is None else _names(channels, record.channels)
     makers: list[tuple[str, Any]] = [
         (channel, (profile, ended))
         for channel in suspects
@@ -171,6 +173,14 @@ def diagnose(
     )
 
 
+def _names(channels: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
+    given = checks.tuple_of("channels", channels, str, "names")
+    unknown = [name for name in given if name not in known]
+    if isinstance(channels, str) or unknown or not given:
+        raise ConfigError(f"channels: expected some of {', '.join(known)}, got {channels!r}")
+    return given
+
+
 def _fit(record: ForwardRecord) -> Fit:
     count = record.engine.size
     squares = float(np.nansum(record.nis))
@@ -193,9 +203,10 @@ def _search(
         none = Searched(channel, kind, "undetectable", out.reason, *(None,) * 5)
         return none, None
     drop = float(np.asarray(out.drop))
-    score = drop - parameters * penalty
-    p = min(1.0, searches * float(np.asarray(out.p_value)))
+    p = min(1.0, searches * float(np.asarray(out.p_at_most)))
     found: dict[str, Any] = out.found()
+    drop = found.pop("drop", drop)  # between frequencies it is larger than on their grid
+    score = drop - parameters * penalty
     common: dict[str, Any] = {
         "channel": channel, "kind": kind, "drop": drop, "score": score, "p_value": p,
     }  # fmt: skip

@@ -20,7 +20,7 @@ from surefix.core.checks import FloatArray
 
 Indices = npt.NDArray[np.intp]
 
-WORK = 400_000_000
+WORK = 100_000_000
 """Steps of all samples together beyond which only the bound is given: some seconds."""
 
 CHUNK = 4_000_000
@@ -69,12 +69,27 @@ class FalseAlarm:
     def of(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
         """P(max ratio > each), and its standard error: 0 where it is the bound
         min(1, K P(χ² > ratio)), which holds however the ratios depend on one another."""
-        tail = self._count * _core.chi_squared_tail(ratio, self._q)
         if self.method == "bound":
-            return np.minimum(tail, 1.0), np.zeros_like(ratio)
+            return self.bound(ratio), np.zeros_like(ratio)
+        tail = self._count * _core.chi_squared_tail(ratio, self._q)
         levels, mean, error = self._table
         share = np.exp(np.interp(ratio, levels, np.log(mean)))
         return np.minimum(tail * share, 1.0), tail * np.interp(ratio, levels, error)
+
+    def bound(self, ratio: FloatArray) -> FloatArray:
+        """min(1, K P(χ² > ratio))."""
+        tail = self._count * _core.chi_squared_tail(ratio, self._q)
+        result: FloatArray = np.minimum(tail, 1.0)
+        return result
+
+    def decides(self, ratio: FloatArray, probability: float) -> npt.NDArray[np.bool_]:
+        """Whether P(max ratio > each) is on one side of ``probability`` whatever the dependence:
+        it lies between P(χ² > ratio) of a single one and the bound."""
+        single = _core.chi_squared_tail(ratio, self._q)
+        result: npt.NDArray[np.bool_] = (single > probability) | (
+            self._count * single <= probability
+        )
+        return result
 
     def threshold(self, probability: float) -> float:
         """The ratio that the largest exceeds with this probability."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 
@@ -25,42 +27,73 @@ class Outcome:
     ) -> None:  # fmt: skip
         self.reason = reason
         self.false_alarm = false_alarm
-        self.calibration = None if alarm is None else alarm.method
-        """'simulation', or 'bound' where that would take too long."""
-        self.threshold = None if alarm is None else alarm.threshold(false_alarm)
-        """The drop that a healthy record exceeds with probability ``false_alarm``."""
+        self._alarm = alarm
         self._alone = alone
-        self._best: npt.NDArray[np.intp] | None = None
         self._ratio = ratio
-        self.p_value: Scalar = None
-        """Probability of a drop as large, anywhere in the record, with no fault."""
-        self.p_value_se: Scalar = None
-        """Its standard error by simulation; 0 where it is a bound."""
-        self.drop: Scalar = None
+        self._best: npt.NDArray[np.intp] | None = None
+        self._largest: FloatArray | None = None
+        if ratio is not None and alarm is not None:
+            self._best = np.nanargmax(ratio, axis=1)
+            self._largest = ratio[np.arange(len(ratio)), self._best]
+
+    @property
+    def drop(self) -> Scalar:
         """The largest ratio: by how much 𝓛 drops when the fault is subtracted."""
-        if ratio is None or alarm is None:
-            return
-        self._best = np.nanargmax(ratio, axis=1)
-        largest = ratio[np.arange(len(ratio)), self._best]
-        probability, error = alarm.of(largest)
-        self.drop, self.p_value = self._one(largest), self._one(probability)
-        self.p_value_se = self._one(error)
+        return None if self._largest is None else self._one(self._largest)
+
+    @property
+    def p_value(self) -> Scalar:
+        """Probability of a drop as large, anywhere in the record, with no fault."""
+        return None if self._probability is None else self._one(self._probability[0])
+
+    @property
+    def p_value_se(self) -> Scalar:
+        """Its standard error by simulation; 0 where it is a bound."""
+        return None if self._probability is None else self._one(self._probability[1])
+
+    @property
+    def calibration(self) -> str | None:
+        """'simulation', or 'bound' where that would take too long."""
+        return None if self._alarm is None else self._alarm.method
+
+    @cached_property
+    def threshold(self) -> float | None:
+        """The drop that a healthy record exceeds with probability ``false_alarm``."""
+        return None if self._alarm is None else self._alarm.threshold(self.false_alarm)
+
+    @property
+    def p_at_most(self) -> Scalar:
+        """The bound on ``p_value`` where it decides, without a simulation; else ``p_value``."""
+        if self._largest is None or self._alarm is None:
+            return None
+        if self._alarm.decides(self._largest, self.false_alarm).all():
+            return self._one(self._alarm.bound(self._largest))
+        return self.p_value
 
     @property
     def detected(self) -> bool | npt.NDArray[np.bool_]:
         """Whether the drop is beyond the threshold."""
-        if self.drop is None or self.threshold is None:
+        if self._largest is None or self._alarm is None:
             return False
-        beyond = np.asarray(self.drop) > self.threshold
-        return bool(beyond) if self._alone else beyond
+        beyond = self._alarm.bound(self._largest) <= self.false_alarm
+        if not self._alarm.decides(self._largest, self.false_alarm).all():
+            assert self.threshold is not None
+            beyond = self._largest > self.threshold
+        return bool(beyond[0]) if self._alone else beyond
 
     @property
     def status(self) -> str | npt.NDArray[np.str_]:
         """'detected', 'not detected' or 'undetectable'."""
-        if self.drop is None:
+        if self._largest is None:
             return "undetectable"
         names = np.where(self.detected, "detected", "not detected")
         return str(names) if self._alone else names
+
+    @cached_property
+    def _probability(self) -> tuple[FloatArray, FloatArray] | None:
+        if self._largest is None or self._alarm is None:
+            return None
+        return self._alarm.of(self._largest)
 
     def _one(self, values: FloatArray) -> float | FloatArray:
         """Of every run; of the only one."""

@@ -34,8 +34,8 @@ def subtracted(
 ) -> FloatArray | Log:
     """The data less ``values`` (steps,) or (rows,) in one channel."""
     if isinstance(data, Log):
-        here = data.sensor == channel
-        return Log(data.time, data.sensor, np.where(here, data.value - values, data.value))
+        here = (data.sensor == channel) & np.isfinite(values)
+        return data.with_value(np.where(here, data.value - values, data.value))
     repaired = data.copy()
     repaired[..., list(channels).index(channel)] -= values
     return repaired

@@ -24,6 +24,7 @@ class _Sinusoid(NamedTuple):
     amplitude_se: float
     amplitudes: FloatArray  # a, b
     covariance: FloatArray
+    ratio: float
 
     @property
     def phase(self) -> float:
@@ -128,6 +129,7 @@ class SpectrumResult(Outcome):
             "frequency": wave.frequency, "amplitude": wave.amplitude,
             "amplitude_se": wave.amplitude_se, "amplitudes": wave.amplitudes,
             "covariance": wave.covariance, "phase": wave.phase, "origin": self._origin,
+            "drop": wave.ratio,
         }  # fmt: skip
 
     def _each(self, of: Callable[[_Sinusoid], float]) -> Scalar:
@@ -154,7 +156,7 @@ class SpectrumResult(Outcome):
             centre, below, above = float(tried[k]), below / (ZOOM - 1), above / (ZOOM - 1)
         amplitudes = inverse[k] @ found[0, k]
         size, error = magnitude(amplitudes, inverse[k])
-        return _Sinusoid(centre, size, error, amplitudes, inverse[k])
+        return _Sinusoid(centre, size, error, amplitudes, inverse[k], float(ratio[k]))
 
     def _found(self) -> FloatArray:
         return np.zeros((1, 0, 2)) if self._search is None else self._search.found

@@ -35,7 +35,7 @@ class SpectrumSearch:
             frequency, frequency - reach
         )
         together = int(near.max()) if self._local else len(frequency)
-        self.work = 3 * record.engine.size * (1 + together // 8)
+        self.work = 8 * record.engine.size * (1 + together // 8)
 
     @cached_property
     def variances(self) -> FloatArray:

@@ -38,8 +38,11 @@ def draw_residual(axes: Axes, residual: Residual, colour: str, unit: str | None)
         several = len(faults) > 2
         named = f"{len(faults)} faults" if several else " and ".join(map(_named, faults))
         label = f"effect of {named}"
-        width = 0.8 if 4 * fastest * span > 1 else 1.4
-        axes.plot(time, residual.effect, color=style.ALARM, linewidth=width, label=label, zorder=4)
+        many = 4 * fastest * span > 1  # waves: the dots should be seen through them
+        axes.plot(
+            time, residual.effect, color=style.ALARM, linewidth=0.8 if many else 1.4,
+            alpha=0.6 if many else 1.0, label=label, zorder=4,
+        )  # fmt: skip
         low, high = min(low, residual.effect.min()), max(high, residual.effect.max())
         low, high = _draw_courses(axes, residual, low, high)
     margin = 0.06 * (high - low) or 1.0

@@ -51,7 +51,7 @@ TEST(SlidingDetector, FindsInItsWindowWhatTheOfflineDetectorFindsThere) {
   ASSERT_EQ(detector.record().size(), 32u);
   // The last 32 alone, from the belief that the filter had before them.
   const std::size_t first = sorted.size() - 32;
-  ForwardRecord<2> record(2, system.sensor_count());
+  ForwardRecord<2> record(2, system.sensor_count(), 32);
   std::vector<Time> stamp;
   std::vector<std::int32_t> sensor;
   std::vector<double> value;
@@ -63,7 +63,7 @@ TEST(SlidingDetector, FindsInItsWindowWhatTheOfflineDetectorFindsThere) {
   std::vector<Status> status(32);
   const desync::LogView view{stamp.data(), sensor.data(), value.data(), 32};
   const desync::SortedLog window(system, view, status.data());
-  std::vector<double> innovations;
+  LargeArray<double> innovations(32);
   double likelihood = 0.0;
   pass_log(system, before[first].belief, before[first].time, window, status.data(), record,
            innovations, likelihood);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "surefix/core/any_system.hpp"
+#include "surefix/core/large_array.hpp"
 #include "surefix/core/linear_system.hpp"
 #include "surefix/desync/sorted_log.hpp"
 #include "surefix/drift/profile.hpp"
@@ -87,7 +88,7 @@ class AnyRecord {
   virtual void wave(const std::vector<double>& direction, double omega,
                     double* out) const noexcept = 0;
 
-  std::vector<double> innovations;     ///< (runs, size)
+  LargeArray<double> innovations;      ///< (runs, size)
   std::vector<double> log_likelihood;  ///< (runs)
 };
 

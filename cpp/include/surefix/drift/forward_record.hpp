@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "surefix/core/large_array.hpp"
 #include "surefix/drift/passed.hpp"
 
 namespace surefix::drift {
@@ -19,32 +20,30 @@ class ForwardRecord {
   using Belief = Gaussian<N, double, MaxN>;
   using Measurement = Passed<N, MaxN>;
 
-  ForwardRecord(int n, int channels)
-      : n_(n), channels_(channels), stride_(Measurement::numbers(n)) {}
+  /// Room for `capacity` measurements of n states.
+  ForwardRecord(int n, int channels, std::size_t capacity)
+      : n_(n),
+        channels_(channels),
+        stride_(static_cast<std::size_t>(Measurement::numbers(n))),
+        numbers_(capacity * stride_),
+        channel_(capacity),
+        id_(capacity) {}
 
-  void reserve(std::size_t count) {
-    numbers_.reserve(count * stride());
-    channel_.reserve(count);
-    id_.reserve(count);
-  }
-
-  /// Appends a measurement: `Passed::write`; `id`: the caller's.
+  /// Appends a measurement, for which there is room: `Passed::write`; `id`: the caller's.
   template <class Row, class Matrix>
   void add(const Innovation<Belief>& innovation, const Row& h, double noise, const Matrix& F,
            double elapsed, std::int32_t channel, std::int64_t id) {
-    const std::size_t at = numbers_.size();
-    numbers_.resize(at + stride());
-    Measurement::write(numbers_.data() + at, innovation, h, noise, F, elapsed);
-    channel_.push_back(channel);
-    id_.push_back(id);
+    Measurement::write(numbers_.data() + count_ * stride_, innovation, h, noise, F, elapsed);
+    channel_[count_] = channel;
+    id_[count_++] = id;
   }
   /// How much of each channel the last measurement has; without it, all of its own.
   void mix(const double* row) { mixing_.insert(mixing_.end(), row, row + channels_); }
 
   [[nodiscard]] SUREFIX_INLINE Measurement operator[](std::size_t i) const noexcept {
-    return Measurement::view(numbers_.data() + i * stride(), n_, channel_[i]);
+    return Measurement::view(numbers_.data() + i * stride_, n_, channel_[i]);
   }
-  [[nodiscard]] std::size_t size() const noexcept { return id_.size(); }
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] int state_size() const noexcept { return n_; }
   [[nodiscard]] int channels() const noexcept { return channels_; }
   [[nodiscard]] std::int64_t id(std::size_t i) const noexcept { return id_[i]; }
@@ -71,13 +70,13 @@ class ForwardRecord {
   }
 
  private:
-  [[nodiscard]] std::size_t stride() const noexcept { return static_cast<std::size_t>(stride_); }
-
-  int n_, channels_, stride_;
-  std::vector<double> numbers_;  // `Passed` of each
+  int n_, channels_;
+  std::size_t stride_;
+  std::size_t count_ = 0;
+  LargeArray<double> numbers_;  // `Passed` of each
+  LargeArray<std::int32_t> channel_;
+  LargeArray<std::int64_t> id_;
   std::vector<double> mixing_;
-  std::vector<std::int32_t> channel_;
-  std::vector<std::int64_t> id_;
 };
 
 }  // namespace surefix::drift

@@ -2,21 +2,14 @@
 // Bonnabel 2023, (3)-(6) forward and (20)-(22) backward, 2N small steps and no more.
 #pragma once
 
-#include <vector>
-
 #include "surefix/core/linear_system.hpp"
 #include "surefix/core/predict.hpp"
 #include "surefix/desync/backward_sweep.hpp"
 
 namespace surefix::drift {
 
-/// What the backward sweep needs of a scalar measurement.
-template <class S>
-struct Gained {
-  double innovation;
-  double inverse;
-  typename BeliefOf<S>::Vector gain;
-};
+/// How many numbers the backward sweep needs of each scalar measurement: ν/S and the gain.
+[[nodiscard]] constexpr int kept_of_each(int n) noexcept { return 1 + n; }
 
 /// The rows of every observation as they are.
 struct AnyRows {
@@ -34,16 +27,14 @@ struct FirstState {
   }
 };
 
-/// z (T, m), all of it there; `inputs` (T − 1, n) or null; writes `out` (T, m). `kept`: workspace.
-/// `Rows`: how they are read. `numerical` if an innovation's variance is not positive and finite.
+/// z (T, m), all of it there; `inputs` (T − 1, n) or null; writes `out` (T, m). `kept`: room for
+/// T m `kept_of_each` numbers. `Rows`: how they are read. `numerical` if an innovation's variance
+/// is not positive and finite.
 template <class Rows, class S>
 [[nodiscard]] Status likelihood_gradient(const PreparedSystem<S>& system, const double* z, int T,
-                                         const double* inputs, std::vector<Gained<S>>& kept,
-                                         double* out) {
+                                         const double* inputs, double* kept, double* out) noexcept {
+  using Gain = Eigen::Map<const typename BeliefOf<S>::Vector>;
   const int n = system.size(), m = system.measured();
-  if (kept.size() < static_cast<std::size_t>(T) * static_cast<std::size_t>(m))
-    kept.resize(static_cast<std::size_t>(T) * static_cast<std::size_t>(m));
-  Gained<S>* next = kept.data();
   BeliefOf<S> belief = system.initial();
   MeasuredOf<S> white(m);
   for (int k = 0; k < T; ++k) {
@@ -61,7 +52,8 @@ template <class Rows, class S>
         return update(belief, row, observation.variance(i), innovation, brought);
       });
       if (!updated) return Status::numerical;
-      *next++ = {brought.value, brought.inverse, brought.gain};
+      *kept++ = brought.value * brought.inverse;
+      loop<S::n>(n, [&](int j) SUREFIX_LAMBDA { *kept++ = brought.gain(j); });
     }
   }
   typename BeliefOf<S>::Vector lambda = BeliefOf<S>::Vector::Zero(n);
@@ -69,9 +61,10 @@ template <class Rows, class S>
   for (int k = T; k-- > 0;) {
     const Observation<S>& observation = system.observation(k);
     for (int i = m; i-- > 0;) {
-      const Gained<S>& g = *--next;
+      kept -= kept_of_each(n);
+      const Gain gain(kept + 1, n);
       white(i) = 2.0 * Rows::with(observation, i, [&](const auto& row) SUREFIX_LAMBDA {
-                   return desync::sweep_mean<S::n>(lambda, row, g.gain, g.inverse, g.innovation);
+                   return desync::sweep_mean<S::n>(lambda, row, gain, 1.0, *kept);
                  });
     }
     observation.whiten_transposed(white);

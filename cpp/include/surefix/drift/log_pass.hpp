@@ -20,18 +20,17 @@ void dense(const Transition& transition, Matrix& F) noexcept {
 }
 
 /// Runs the filter from `belief` at `start`, or at the first measurement without one, over the
-/// sorted log. `innovations`: one for each measurement of the record; `status`: of every row.
+/// sorted log. `record` and `innovations`, one for each of its measurements, have room for all;
+/// `status`: of every row.
 template <class System, class Record>
 void pass_log(const System& system, const typename System::Belief& belief,
               std::optional<Time> start, const desync::SortedLog& log, Status* status,
-              Record& record, std::vector<double>& innovations, double& log_likelihood) {
+              Record& record, LargeArray<double>& innovations, double& log_likelihood) {
   const std::size_t count = log.size();
   auto state = desync::start_state(belief, start.value_or(count > 0 ? log[0].valid : 0));
   typename Record::Belief::Matrix F = belief.P;
   desync::Record<System> passed;
   Time before = state.time;
-  record.reserve(count);
-  innovations.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const desync::Measurement m = log[i];
     status[m.id] =
@@ -43,7 +42,7 @@ void pass_log(const System& system, const typename System::Belief& belief,
     const double sigma = system.sensor(m.sensor).sigma;
     record.add(passed.innovation, system.row(m.sensor, passed.at), sigma * sigma, F,
                seconds(elapsed), m.sensor, m.id);
-    innovations.push_back(passed.innovation.value);
+    innovations[record.size() - 1] = passed.innovation.value;
     before = m.valid;
   }
   state.likelihood.add_squares(state.step.sse, state.step.degrees);
