@@ -6,6 +6,7 @@
 
 #include "robust/faults.hpp"
 #include "surefix/desync/any_filter.hpp"
+#include "surefix/drift/sliding_detector.hpp"
 #include "switching/switching.hpp"
 #include "systems.hpp"
 
@@ -181,6 +182,40 @@ TEST_F(NoHeap, InStepsOfAnyFilterOnceItIsMade) {
     EXPECT_EQ(allocations([&] { ok = hundred_steps(*filter, system, random); }), 0);
     EXPECT_TRUE(ok);
   }
+}
+
+TEST_F(NoHeap, InStepsOfTheSlidingDetector) {
+  const SpeedSystem system = speed_system();
+  desync::Filter<SpeedSystem, 64> filter(system, broad(system), 0);
+  drift::SlidingDetector<SpeedSystem, 60> detector(system);
+  drift::Profile::Matrix A(2, 2), onset(2, 1);
+  A << 0.0, 1.0, 0.0, 0.0;
+  onset << 0.0, 1.0;
+  drift::Profile ramp;
+  ASSERT_EQ(drift::Profile::make(A, Eigen::Vector2d(1.0, 0.0), onset, ramp), ConfigStatus::ok);
+  A << 0.0, 2.0, -2.0, 0.0;
+  drift::Profile sine;
+  ASSERT_EQ(drift::Profile::make(A, Eigen::Vector2d(1.0, 0.0),
+                                 drift::Profile::Matrix::Identity(2, 2), sine),
+            ConfigStatus::ok);
+  ASSERT_EQ(detector.add(ramp, {1.0}, 1e-3), ConfigStatus::ok);
+  ASSERT_EQ(detector.add(sine, {0.0, 1.0}, 1e-3), ConfigStatus::ok);
+  Random random(7);
+  bool ok = true;
+  EXPECT_EQ(allocations([&] {
+              for (int k = 1; k <= 100; ++k) {
+                const Time now = second + k * 100 * millisecond;
+                for (int s = 0; s < 2; ++s)
+                  ok = ok && filter.push(now, s, 20.0 + random.normal(), k) == Status::ok;
+                StepError error;
+                ok = ok && filter.estimate(now, error) == Status::ok;
+                detector.take(filter);
+                const auto finding = detector.look(k % 2).finding;
+                ok = ok && (k < 10 || finding != drift::Finding::undetectable);
+              }
+            }),
+            0);
+  EXPECT_TRUE(ok);
 }
 
 TEST_F(NoHeap, InStepsOfTheRobustFilter) {

@@ -109,7 +109,8 @@ def diagnose(
     too; ``spectrum``: sinusoids, of ``frequencies`` if given. ``channels``: those that may be at
     fault, by default all. ``false_alarm``: of the whole diagnosis, shared out equally. Of what is
     beyond its share, the one with the best score (see ``Fault``) is the fault, ``max_faults`` times
-    at most. Raises as ``ForwardRecord`` does.
+    at most. Faults are found one after the other: where two overlap, the first takes up some of the
+    second, and neither's amplitude is to be believed. Raises as ``ForwardRecord`` does.
     """
     alarm = checks.probability("false_alarm", false_alarm)
     most = checks.whole("max_faults", max_faults, 1, 100)
@@ -118,6 +119,8 @@ def diagnose(
     settings: dict[str, Any] = {}
     given: FloatArray | Log
     if isinstance(source, LinearSystem):
+        if isinstance(data, Log):
+            raise ConfigError("data: expected measurements (steps, m) of a LinearSystem, got a Log")
         z, _, _, alone = measurements(source, data, times, inputs)
         if not alone:
             raise ShapeError(f"data: expected one run (steps, m), got shape {z.shape}")

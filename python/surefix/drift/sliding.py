@@ -88,7 +88,8 @@ class SlidingDetector:
 
     def push(self, time: float, sensor: str, value: float) -> Status:
         """As ``DesyncFilter.push``."""
-        index = self.names.index(sensor) if sensor in self.names else -1
+        known = isinstance(sensor, str) and sensor in self.names
+        index = self.names.index(sensor) if known else -1
         seconds = float_or_nan(time)
         inside = abs(seconds) <= _core.MAX_SECONDS
         stamp = checks.to_nanoseconds(seconds) if inside else NO_TIME

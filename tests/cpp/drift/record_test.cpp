@@ -1,9 +1,9 @@
 // What the sweeps find against Γ of all measurements, formed and inverted.
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 
-#include "random.hpp"
+#include "dense.hpp"
 #include "surefix/drift/any_gradient.hpp"
 #include "surefix/drift/any_record.hpp"
 #include "surefix/drift/likelihood_ratio.hpp"
@@ -22,25 +22,16 @@ struct Case {
   Case(int states, int outputs, int steps, std::uint64_t seed, bool missing)
       : T(steps), n(states), m(outputs) {
     test::Random random(seed);
-    const auto normal = [&](int rows, int columns) {
-      return Eigen::MatrixXd::NullaryExpr(rows, columns, [&]() { return random.normal(); }).eval();
-    };
-    const auto covariance = [&](int size) {
-      const Eigen::MatrixXd half = normal(size, size);
-      Eigen::MatrixXd out = half * half.transpose() + Eigen::MatrixXd::Identity(size, size);
-      out = (out + out.transpose()).eval() / 2;
-      return out;
-    };
     for (int k = 0; k + 1 < T; ++k) {
-      system.A.push_back(0.4 * normal(n, n));
-      system.Q.push_back(covariance(n));
+      system.A.push_back(0.4 * test::random_matrix(random, n, n));
+      system.Q.push_back(test::random_covariance(random, n));
     }
-    system.H = {normal(m, n)};
-    system.R = {covariance(m)};
-    system.x0 = normal(n, 1);
-    system.P0 = covariance(n);
-    z = normal(T * m, 1);
-    inputs = normal((T - 1) * n, 1);
+    system.H = {test::random_matrix(random, m, n)};
+    system.R = {test::random_covariance(random, m)};
+    system.x0 = test::random_matrix(random, n, 1);
+    system.P0 = test::random_covariance(random, n);
+    z = test::random_matrix(random, T * m, 1);
+    inputs = test::random_matrix(random, (T - 1) * n, 1);
     for (int k = 0; k < T; ++k) times.push_back(k + 0.3 * random.uniform());
     if (missing)
       for (const int i : {1, 4, 5}) z(i) = std::numeric_limits<double>::quiet_NaN();
@@ -72,8 +63,14 @@ struct Case {
     kept.clear();
     for (int i = 0; i < T * m; ++i)
       if (!std::isnan(z(i))) kept.push_back(i);
-    Gamma = Z(kept, kept);
-    gamma = own(kept);
+    const auto count = static_cast<Eigen::Index>(kept.size());
+    Gamma.resize(count, count);
+    gamma.resize(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      gamma(i) = own(kept[static_cast<std::size_t>(i)]);
+      for (Eigen::Index j = 0; j < count; ++j)
+        Gamma(i, j) = Z(kept[static_cast<std::size_t>(i)], kept[static_cast<std::size_t>(j)]);
+    }
   }
 };
 

@@ -1,8 +1,6 @@
 // From what a sweep found of a fault to its likelihood ratio, amplitude and standard error.
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <limits>
 
 #include "surefix/drift/onset_sweep.hpp"
@@ -24,16 +22,6 @@ struct Detectability {
 
 namespace detail {
 
-/// The leading part of M, q × q, in one of a fixed size with ones behind it, where q is smaller.
-template <int Q>
-[[nodiscard]] Eigen::Matrix<double, Q, Q> padded(const Profile::Matrix& M) noexcept {
-  Eigen::Matrix<double, Q, Q> out = Eigen::Matrix<double, Q, Q>::Identity();
-  const int q = static_cast<int>(M.rows());
-  for (int j = 0; j < q; ++j)
-    for (int i = 0; i < q; ++i) out(i, j) = M(i, j);
-  return out;
-}
-
 /// sᵀ M s, s the first column.
 [[nodiscard]] inline double square(const Profile::Matrix& M, const Profile::Matrix& s) noexcept {
   double sum = 0.0;
@@ -42,38 +30,9 @@ template <int Q>
   return sum;
 }
 
-/// Share and inverse of several amplitudes at once, Q ≥ q. The ones behind them have a share of 1.
-template <int Q>
-void several(const Profile::Matrix& gram, const Profile::Matrix& known,
-             Detectability& out) noexcept {
-  using Square = Eigen::Matrix<double, Q, Q>;
-  // What is smaller by 20 decades than another's information is the rounding of zero, as of a sine
-  // at half the sampling rate.
-  const auto own = known.diagonal();
-  if (!(own.minCoeff() > 1e-20 * own.maxCoeff())) return;
-  Square G = padded<Q>(gram), K = padded<Q>(known);
-  // In units in which every amplitude is known equally well, so that units do not matter.
-  const Eigen::Matrix<double, Q, 1> scale = K.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return;
-  G = scale.asDiagonal() * G * scale.asDiagonal();
-  K = scale.asDiagonal() * K * scale.asDiagonal();
-  const Eigen::LLT<Square> factor(K);
-  const Square L = factor.matrixL();
-  // Amplitudes that a known state itself tells apart by rounding only are not told apart.
-  const double apart = L.diagonal().minCoeff();
-  if (factor.info() != Eigen::Success || !(apart * apart > detectable)) return;
-  Square part = L.template triangularView<Eigen::Lower>().solve(G);
-  part = L.template triangularView<Eigen::Lower>().solve(Square(part.transpose()));
-  const Eigen::SelfAdjointEigenSolver<Square> solver(part, Eigen::EigenvaluesOnly);
-  const double share = solver.eigenvalues()(0);
-  const Eigen::LLT<Square> inverse(G);
-  if (!(share > detectable) || inverse.info() != Eigen::Success) return;
-  Square all = inverse.solve(Square::Identity());
-  all = scale.asDiagonal() * all * scale.asDiagonal();
-  out.share = share;
-  for (int j = 0; j < static_cast<int>(gram.rows()); ++j)
-    for (int i = 0; i < static_cast<int>(gram.rows()); ++i) out.inverse(i, j) = all(i, j);
-}
+/// Share and inverse of two or more amplitudes; undetectable: as `out` is.
+void several_amplitudes(const Profile::Matrix& gram, const Profile::Matrix& known,
+                        Detectability& out) noexcept;
 
 }  // namespace detail
 
@@ -92,11 +51,7 @@ void several(const Profile::Matrix& gram, const Profile::Matrix& known,
   const Profile::Matrix known = onset.transpose() * KS;
   const auto q = onset.cols();
   Detectability out{onset.transpose() * MS, Profile::Matrix::Constant(q, q, none), none};
-  if (q == 2) {
-    detail::several<2>(out.gram, known, out);
-  } else {
-    detail::several<Profile::max_size>(out.gram, known, out);
-  }
+  detail::several_amplitudes(out.gram, known, out);
   return out;
 }
 

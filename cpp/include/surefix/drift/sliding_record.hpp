@@ -1,6 +1,7 @@
 // The record of the last measurements: a forward record in a ring of fixed size, no heap in a step.
 // What the detectors find in it is what they find in a `ForwardRecord` of the same measurements
-// whose filter begins with the belief before the first of them, to the bit.
+// whose filter begins with the belief before the first of them: to the bit where every estimate is
+// at the validity of a measurement, elsewhere to the rounding of a prediction in two legs.
 #pragma once
 
 #include "surefix/desync/step_buffer.hpp"

@@ -1,4 +1,4 @@
-"""Logs of two speed sensors with the course that they saw, of any length."""
+"""Two sensors of one thing: logs of speed with the course that it took, and a linear system."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import surefix as sf
-from drift.scenes import LogScene
+from drift.scenes import LogScene, Scene
 from oracle.drift import integrator_chain
 from oracle.step import Array
 from oracle.switching import Plant
@@ -89,8 +89,24 @@ def speed_log(
     )
 
 
+def doubled(steps: int = 120) -> Scene:
+    """A position that two sensors measure, every half second; known accelerations."""
+    plant = Plant(
+        A=np.array([[1.0, 0.5], [0.0, 1.0]]), H=np.array([[1.0, 0.0], [1.0, 0.0]]),
+        Q=np.diag([1e-4, 1e-5]), R=np.diag([0.04, 0.09]), x0=np.zeros(2), P0=np.diag([4.0, 0.1]),
+    )  # fmt: skip
+    inputs = np.zeros((steps - 1, 2))
+    inputs[::20, 1] = 0.3
+    seen = np.ones((steps, 2), dtype=bool)
+    return Scene(plant, 0.5 * np.arange(float(steps)), inputs, ("wheel", "radar"), seen)
+
+
 def step(onset: float, amplitude: float) -> Course:
     return lambda t: np.where(t >= onset, amplitude, 0.0)
+
+
+def pulse(onset: float, amplitude: float, end: float) -> Course:
+    return lambda t: np.where((t >= onset) & (t < end), amplitude, 0.0)
 
 
 def ramp(onset: float, slope: float, end: float = np.inf) -> Course:
