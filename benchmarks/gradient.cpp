@@ -1,5 +1,6 @@
 // W4 by hand: the gradient of the likelihood with respect to every measurement, two states, with
-// Eigen's fixed sizes, as the paper writes it (Parellier, Barrau & Bonnabel 2023, (3)-(6), (20)-(22)).
+// Eigen's fixed sizes, as the paper writes it (Parellier, Barrau & Bonnabel 2023, (3)-(6),
+// (20)-(22)).
 #include <Eigen/Dense>
 #include <vector>
 

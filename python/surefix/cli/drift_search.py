@@ -60,7 +60,7 @@ def search(config: Config, log: Log, progress: Callable[[int, int], None]) -> Se
     engine, wanted = config.make_linear_filter(), config.drift
     record = ForwardRecord(engine, log)
     suspects = record.channels if wanted.sensors is None else wanted.sensors
-    times = [record.times_of(record.direction(name)) for name in suspects]
+    times = [record.layout.times_of(record.direction(name)) for name in suspects]
     several = [known for known in times if len(known) > 1]
     duration = max((float(known[-1] - known[0]) for known in several), default=0.0)
     interval = min((float(np.median(np.diff(known))) for known in several), default=0.0)

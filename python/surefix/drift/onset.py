@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from surefix.core import checks
+from surefix.drift.direction import Direction
 from surefix.drift.ending_search import EndingSearch
 from surefix.drift.false_alarm import FalseAlarm
-from surefix.drift.forward_record import Direction, ForwardRecord
+from surefix.drift.forward_record import ForwardRecord
 from surefix.drift.onset_result import OnsetResult
 from surefix.drift.onset_search import OnsetSearch
 from surefix.drift.profile import Profile
@@ -47,11 +48,11 @@ class OnsetDetector:
         search, reason = self._search(record)
         if search is None or reason:
             return OnsetResult(
-                self.profile, search, None, record.alone, self.false_alarm, None, reason
+                self.profile, search, None, record.layout.alone, self.false_alarm, None, reason
             )
         num = search.numerators(record.innovations, None)
         alarm = FalseAlarm(search, self.samples, self.seed)
-        return OnsetResult(self.profile, search, num, record.alone, self.false_alarm, alarm)
+        return OnsetResult(self.profile, search, num, record.layout.alone, self.false_alarm, alarm)
 
     def threshold(self, record: ForwardRecord) -> float | None:
         """The drop of 𝓛 that a healthy record exceeds with probability ``false_alarm``. It depends
@@ -67,7 +68,7 @@ class OnsetDetector:
         """The search, and why nothing can be found if that is so."""
         checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        if not schedule_only and record.is_constant(direction):
+        if not schedule_only and record.layout.is_constant(direction):
             return None, "constant data: a sensor with noise does not repeat itself"
         onsets = OnsetSearch(record, self.profile, direction)
         search = EndingSearch(onsets) if self.ends else onsets

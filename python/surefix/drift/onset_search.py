@@ -36,7 +36,7 @@ class OnsetSearch:
     @property
     def onset(self) -> FloatArray:
         """(K,) times."""
-        return self._record.onset_time(self.measurement)
+        return self._record.layout.times(self.measurement)
 
     @property
     def end(self) -> FloatArray | None:
@@ -56,7 +56,7 @@ class OnsetSearch:
         """(K, N) the fault of each onset and unit amplitude in each measurement, over the standard
         deviation of its noise: what would be seen of it if the state were known."""
         record = self._record
-        times = record.onset_time(np.arange(record.engine.size))
+        times = record.layout.times(slice(None))
         weight = record.engine.weights(self._fault[1]) / np.sqrt(record.engine.noise)
         out = np.zeros((len(self.measurement), len(times)))
         for row, first, onset in zip(out, self.measurement, self.onset, strict=True):

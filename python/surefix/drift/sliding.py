@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from surefix import _core
 from surefix.core import checks
@@ -13,6 +11,7 @@ from surefix.core.checks import NANOSECONDS, FloatArray
 from surefix.core.sensor import make_system
 from surefix.desync.filter import DesyncFilter, Status
 from surefix.desync.stream import check_estimated, float_or_nan
+from surefix.drift.direction import weights
 from surefix.drift.onset import OnsetDetector
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME
@@ -81,8 +80,8 @@ class SlidingDetector:
         )  # fmt: skip
         self._pushes = 0
         for one in self.detectors:
-            weights = _weights(one.channel, self.names)
-            status = self._engine.add(one.profile.engine, weights, one.false_alarm)
+            direction = weights(one.channel, self.names)
+            status = self._engine.add(one.profile.engine, direction, one.false_alarm)
             if status != "ok":
                 raise ConfigError(f"detectors: refused by the engine: {status}")
 
@@ -137,11 +136,3 @@ def _of_each(detector: OnsetDetector, names: Sequence[str]) -> list[OnsetDetecto
         OnsetDetector(detector.profile, name, detector.false_alarm, False, detector.samples)
         for name in names
     ]
-
-
-def _weights(channel: object, names: Sequence[str]) -> FloatArray:
-    given = channel if isinstance(channel, Mapping) else {channel: 1.0}
-    unknown = [name for name in given if name not in names]
-    if unknown:
-        raise ConfigError(f"channel: expected one of {', '.join(names)}, got {unknown[0]!r}")
-    return np.array([checks.number("channel", given.get(name, 0.0)) for name in names])

@@ -7,8 +7,9 @@ import numpy.typing as npt
 
 from surefix.core import checks
 from surefix.core.checks import FloatArray
+from surefix.drift.direction import Direction
 from surefix.drift.false_alarm import FalseAlarm
-from surefix.drift.forward_record import Direction, ForwardRecord
+from surefix.drift.forward_record import ForwardRecord
 from surefix.drift.spectrum_result import SpectrumResult
 from surefix.drift.spectrum_search import SpectrumSearch
 from surefix.errors import ConfigError, ShapeError
@@ -51,9 +52,9 @@ class SpectrumDetector:
         search, times, reason = self._search(record)
         alarm = None if search is None or reason else FalseAlarm(search, self.samples, self.seed)
         interval, duration = _extent(times) if search else (1.0, 1.0)
-        origin = record.first_time
+        origin = float(record.layout.times(slice(1)).sum())  # of the first measurement
         return SpectrumResult(
-            search, interval, duration, origin, record.alone, self.false_alarm, alarm, reason
+            search, interval, duration, origin, record.layout.alone, self.false_alarm, alarm, reason
         )
 
     def threshold(self, record: ForwardRecord) -> float | None:
@@ -69,9 +70,9 @@ class SpectrumDetector:
         """The search, the times of the channel, and why nothing can be found if that is so."""
         checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        if not schedule_only and record.is_constant(direction):
+        if not schedule_only and record.layout.is_constant(direction):
             return None, np.zeros(0), "constant data: a sensor with noise does not repeat itself"
-        times = record.times_of(direction)
+        times = record.layout.times_of(direction)
         if len(times) < 3:
             return None, times, f"{len(times)} measurements of the channel: too few for a sinusoid"
         interval, duration = _extent(times)
