@@ -102,7 +102,7 @@ def _one_size(N: int) -> None:
         detector.run(sf.ForwardRecord(source, z))
 
     detector.run(sf.ForwardRecord(source, z[:100]))
-    turns = max(1, 1_000_000 // N)
+    turns = max(3, 1_000_000 // N)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     onset = min(seconds(test) for _ in range(turns))
     memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024

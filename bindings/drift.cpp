@@ -136,13 +136,13 @@ py::object onsets(const AnyRecord& record, const Profile& profile, const Directi
     good = record.onsets({profile, direction}, found);
   }
   if (!good) return py::none();
-  const auto K = static_cast<py::ssize_t>(found.measurement.size());
-  const py::ssize_t q = profile.amplitudes();
+  const auto K = static_cast<py::ssize_t>(found.count);
+  const py::ssize_t q = profile.amplitudes(), skipped = size_of(record) - K;
   py::array_t<std::int64_t> measurement(K);
   Array inverse({K, q, q}), share(K);
-  std::copy(found.measurement.begin(), found.measurement.end(), measurement.mutable_data());
-  std::copy(found.inverse.begin(), found.inverse.end(), inverse.mutable_data());
-  std::copy(found.share.begin(), found.share.end(), share.mutable_data());
+  std::copy_n(found.measurement.data() + skipped, K, measurement.mutable_data());
+  std::copy_n(found.inverse.data() + skipped * q * q, K * q * q, inverse.mutable_data());
+  std::copy_n(found.share.data() + skipped, K, share.mutable_data());
   return py::make_tuple(measurement, inverse, share);
 }
 

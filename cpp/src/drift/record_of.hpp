@@ -86,12 +86,10 @@ class RecordOf final : public AnyRecord {
   bool onsets(const Search& search, Onsets& out) const override {
     const Profile& profile = search.profile;
     const double* direction = search.direction.data();
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < record.size(); ++i) count += can_begin(record, direction, i);
     const auto qq = static_cast<std::size_t>(profile.amplitudes() * profile.amplitudes());
-    out.measurement.resize(count);
-    out.inverse.resize(count * qq);
-    out.share.resize(count);
+    std::size_t place = record.size();
+    out = {LargeArray<std::int64_t>(place), LargeArray<double>(place * qq),
+           LargeArray<double>(place), 0};
     InformationSweep<Record> sweep(record.state_size(), profile.size());
     return onset_sweep(
         record, profile, direction,
@@ -100,9 +98,10 @@ class RecordOf final : public AnyRecord {
         },
         [&](std::size_t i) {
           const Detectability found = detectability(sweep.now(), profile.onset());
-          out.measurement[--count] = static_cast<std::int64_t>(i);
-          out.share[count] = found.share;
-          std::copy_n(found.inverse.data(), qq, &out.inverse[count * qq]);
+          out.measurement[--place] = static_cast<std::int64_t>(i);
+          out.share[place] = found.share;
+          std::copy_n(found.inverse.data(), qq, &out.inverse[place * qq]);
+          ++out.count;
         },
         [&](const auto& measurement, const auto& A) { sweep.move(measurement, A); });
   }

@@ -11,8 +11,9 @@ import numpy as np
 from surefix import __version__
 from surefix.cli.drift_search import Search
 from surefix.cli.drift_whiteness import warnings, whiteness
-from surefix.drift.diagnosis import Diagnosis, Searched
+from surefix.drift.diagnosis import Diagnosis
 from surefix.drift.fault import Fault
+from surefix.drift.searched import Searched
 
 CLOSE = 6.0
 """Difference of scores below which the odds between two explanations are less than 20."""

@@ -10,12 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix.core.checks import FloatArray
-from surefix.drift.diagnosis import Diagnosis, Searched
+from surefix.drift.diagnosis import Diagnosis
 from surefix.drift.fault import Fault
 from surefix.drift.forward_record import ForwardRecord
 from surefix.drift.onset import OnsetDetector
 from surefix.drift.onset_result import OnsetResult
 from surefix.drift.profile import Profile
+from surefix.drift.searched import Searched
 from surefix.drift.spectrum import SpectrumDetector
 from surefix.errors import ConfigError
 from surefix.log import Log

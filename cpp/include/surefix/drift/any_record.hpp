@@ -21,11 +21,13 @@ struct Search {
   std::vector<double> direction;
 };
 
-/// What the data do not change about K possible onsets.
+/// What the data do not change about K possible onsets: in arrays that are as long as the record,
+/// of which the last K count.
 struct Onsets {
-  std::vector<std::int64_t> measurement;  // (K) index in the record
-  std::vector<double> inverse;            // (K, q, q) G⁻¹: covariance of the amplitudes
-  std::vector<double> share;              // (K) `Detectability::share`
+  LargeArray<std::int64_t> measurement;  // index in the record
+  LargeArray<double> inverse;            // (·, q, q) G⁻¹: covariance of the amplitudes
+  LargeArray<double> share;              // `Detectability::share`
+  std::size_t count;                     // K
 };
 
 /// Numbers of one or many runs: (runs, size of the record), row by row.

@@ -33,8 +33,7 @@ class GainPass {
  public:
   GainPass(const PreparedSystem<S>& system, const SystemData& data, Record& record)
       : system_(system), data_(data), record_(record), belief_(system.initial()) {
-    const int n = system.size();
-    F_ = Eigen::MatrixXd::Identity(n, n);
+    F_ = system.initial().P;  // the size
     for (int k = 0; k < data.T && !mixed_; ++k) mixed_ = system.observation(k).correlated();
   }
 
@@ -59,7 +58,12 @@ class GainPass {
   void move(int k) {
     const auto& transition = system_.transition(k);
     predict(belief_, transition);
-    F_ = transition.F * F_;
+    if (waiting_) {
+      F_ = typename BeliefOf<S>::Matrix(transition.F * F_);
+    } else {
+      F_ = transition.F;
+    }
+    waiting_ = true;
     elapsed_ += data_.times[k] - data_.times[k - 1];
   }
 
@@ -99,7 +103,7 @@ class GainPass {
       }
       elapsed_ = 0.0;
     }
-    F_.setIdentity();
+    waiting_ = false;
     return true;
   }
 
@@ -113,7 +117,8 @@ class GainPass {
   const SystemData& data_;
   Record& record_;
   BeliefOf<S> belief_;
-  Eigen::MatrixXd F_;  // since the last measurement
+  typename BeliefOf<S>::Matrix F_;  // since the last measurement
+  bool waiting_ = false;            // there was a step without one
   double elapsed_ = 0.0;
   bool mixed_ = false;
   std::vector<std::int32_t> present_;
