@@ -46,7 +46,7 @@ def show(figures: dict[str, Any]) -> None:
     for row in figures["growth"]:
         print(
             f"N = {row['N']:<16,}{row['gradient_ns']:9.1f} ns{row['onset_ns']:9.1f} ns"
-            f"{row['bytes']:8.0f} B"
+            + (f"{row['bytes']:8.0f} B" if row is figures["growth"][-1] else "")
         )
 
 
