@@ -153,8 +153,10 @@ def _one_run(
 def _names(channels: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
     given = checks.tuple_of("channels", channels, str, "names")
     unknown = [name for name in given if name not in known]
-    if isinstance(channels, str) or unknown or not given:
-        raise ConfigError(f"channels: expected some of {', '.join(known)}, got {channels!r}")
+    if isinstance(channels, str) or unknown or not given or len(set(given)) < len(given):
+        raise ConfigError(
+            f"channels: expected some of {', '.join(known)}, each once, got {channels!r}"
+        )
     return given
 
 

@@ -19,7 +19,7 @@ def weights(channel: Direction, names: Sequence[str]) -> FloatArray:
         if len(names) > 1:
             raise ConfigError(f"channel: expected one of {', '.join(names)}, got none")
         return np.ones(1)
-    if isinstance(channel, (str, int)) and not isinstance(channel, bool):
+    if isinstance(channel, (str, int, np.integer)) and not isinstance(channel, bool):
         channel = {str(channel): 1.0}
     if not isinstance(channel, Mapping) or not channel or set(channel) - set(names):
         raise ConfigError(

@@ -11,17 +11,24 @@ from surefix.drift.onset_search import OnsetSearch
 from surefix.errors import ShapeError
 
 MAX_ONSETS = 2000
+MAX_NUMBERS = 2e7  # of which it holds some at once
 
 
 class EndingSearch:
     """d_m - d_m' for every m < m': truncated ramps from ramps, pulses from steps. O(K²) ratios for
-    K onsets, from the K numerators and one K × K matrix of how they depend on one another."""
+    K onsets, from the K numerators and one K × K matrix of how they depend on one another; O(K N)
+    memory for N measurements."""
 
     def __init__(self, onsets: OnsetSearch) -> None:
         K = len(onsets.measurement)
         if K > MAX_ONSETS:
             raise ShapeError(
                 f"ends: expected at most {MAX_ONSETS} possible onsets, got {K}: use a window"
+            )
+        if K * onsets.size > MAX_NUMBERS:
+            raise ShapeError(
+                f"ends: expected onsets times measurements up to {MAX_NUMBERS:g}, got {K} times "
+                f"{onsets.size}: use a window"
             )
         self._onsets = onsets
         self._first, self._second = np.triu_indices(K, 1)

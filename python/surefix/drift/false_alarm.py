@@ -191,5 +191,5 @@ def quadratic(numerators: FloatArray, inverse: FloatArray) -> FloatArray:
     for a in range(q):
         for b in range(a, q):
             twice = 1 if a == b else 2
-            result += (numerators[..., a] * numerators[..., b]) * (twice * inverse[:, a, b])
+            result += (numerators[..., a] * (twice * inverse[:, a, b])) * numerators[..., b]
     return result

@@ -57,15 +57,16 @@ class Layout:
         """Without the axis of runs if the data has none."""
         return out[0] if self.alone else out
 
-    def is_constant(self, direction: FloatArray) -> bool:
-        """Whether a channel of the direction has several values, all of them the same: no sensor
-        with noise does that, so nothing can be said about its faults."""
+    def constant(self, direction: FloatArray) -> npt.NDArray[np.bool_]:
+        """(runs,) whether a channel of the direction has several values, all of them the same: no
+        sensor with noise does that, so nothing can be said about its faults."""
+        constant = np.zeros(len(self.raw), bool)
         for c in np.flatnonzero(direction):
             ids = self.ids[self.channel == c]
             first = self.raw[:, ids[:64]]
             if (first != first[:, :1]).any(axis=1).all():
                 continue  # most do not need the rest
             own = self.raw[:, ids]
-            if own.shape[1] > 1 and bool((own == own[:, :1]).all()):
-                return True
-        return False
+            if own.shape[1] > 1:
+                constant |= (own == own[:, :1]).all(axis=1)
+        return constant

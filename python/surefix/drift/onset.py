@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from surefix.core import checks
 from surefix.drift.direction import Direction
 from surefix.drift.ending_search import EndingSearch
@@ -51,6 +53,7 @@ class OnsetDetector:
                 self.profile, search, None, record.layout.alone, self.false_alarm, None, reason
             )
         num = search.numerators(record.innovations, None)
+        num[record.layout.constant(record.direction(self.channel))] = np.nan
         alarm = FalseAlarm(search, self.samples, self.seed)
         return OnsetResult(self.profile, search, num, record.layout.alone, self.false_alarm, alarm)
 
@@ -68,7 +71,7 @@ class OnsetDetector:
         """The search, and why nothing can be found if that is so."""
         checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        if not schedule_only and record.layout.is_constant(direction):
+        if not schedule_only and record.layout.constant(direction).all():
             return None, "constant data: a sensor with noise does not repeat itself"
         onsets = OnsetSearch(record, self.profile, direction)
         search = EndingSearch(onsets) if self.ends else onsets

@@ -84,7 +84,7 @@ class OnsetResult(Outcome):
 
     @property
     def amplitude(self) -> Scalar:
-        return None if self._best is None else self._at_best(self._of_amplitudes())
+        return None if self._best is None else self._at_best_of_runs(self._of_amplitudes())
 
     @property
     def amplitude_se(self) -> Scalar:
@@ -96,7 +96,7 @@ class OnsetResult(Outcome):
         """Where the first-order indicator is largest in magnitude."""
         if self._best is None or self._search is None:
             return None
-        largest = np.nanargmax(np.abs(self._indicator()), axis=1)
+        largest = np.argmax(np.nan_to_num(np.abs(self._indicator()), nan=-1.0), axis=1)
         return self._scalar(self._search.onset[largest])
 
     def found(self) -> dict[str, Any]:

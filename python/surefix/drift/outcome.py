@@ -33,7 +33,7 @@ class Outcome:
         self._best: npt.NDArray[np.intp] | None = None
         self._largest: FloatArray | None = None
         if ratio is not None and alarm is not None:
-            self._best = np.nanargmax(ratio, axis=1)
+            self._best = np.argmax(np.where(np.isnan(ratio), -1.0, ratio), axis=1)
             self._largest = ratio[np.arange(len(ratio)), self._best]
 
     @property
@@ -43,7 +43,8 @@ class Outcome:
 
     @property
     def p_value(self) -> Scalar:
-        """Probability of a drop as large, anywhere in the record, with no fault."""
+        """Probability that this search finds a drop as large, anywhere in the record, with no
+        fault; an upper bound on it where ``calibration`` is 'bound'."""
         return None if self._probability is None else self._one(self._probability[0])
 
     @property
@@ -87,7 +88,8 @@ class Outcome:
         if self._largest is None:
             return "undetectable"
         names = np.where(self.detected, "detected", "not detected")
-        return str(names) if self._alone else names
+        names = np.where(np.isnan(self._largest), "undetectable", names)
+        return str(names[0]) if self._alone else names
 
     @cached_property
     def _probability(self) -> tuple[FloatArray, FloatArray] | None:
@@ -103,19 +105,21 @@ class Outcome:
         return values[0] if self._alone else values
 
     def _at_best(self, values: FloatArray) -> Scalar:
-        """(K, …) of all runs, or (runs, K, …), at the largest ratio; None where there is none."""
+        """(K, …) of all runs alike, at the largest ratio; None where there is none."""
+        return None if self._best is None else self._scalar(values[self._best])
+
+    def _at_best_of_runs(self, values: FloatArray) -> Scalar:
+        """(runs, K, …), at the largest ratio of each."""
         if self._best is None:
             return None
-        chosen = (
-            values[np.arange(len(self._best)), self._best]
-            if values.shape[0] == len(self._best) and values.ndim > 1
-            else values[self._best]
-        )
-        return self._scalar(chosen)
+        return self._scalar(values[np.arange(len(self._best)), self._best])
 
     def _scalar(self, chosen: FloatArray) -> Scalar:
         if not self._alone:
-            return chosen
+            silent = (
+                np.zeros(len(chosen), bool) if self._largest is None else np.isnan(self._largest)
+            )
+            return np.where(silent.reshape(-1, *(1,) * (chosen.ndim - 1)), np.nan, chosen)
         return float(chosen[0]) if chosen.ndim == 1 else chosen[0]
 
 

@@ -71,8 +71,9 @@ class Profile:
         tau = checks.number("time", time)
         if tau == 0 or not math.isfinite(1 / tau):
             raise ConfigError(f"time: expected a number other than 0, got {tau}")
-        A = [[0.0, 0.0], [0.0, -1 / tau]]
-        return _make(A, [1.0, -1.0], [1.0, 1.0], "exponential")
+        # As an integral, not as a difference: with a large |time| that would be all rounding.
+        A = [[0.0, 1.0], [0.0, -1 / tau]]
+        return _make(A, [1.0, 0.0], [0.0, 1 / tau], "exponential")
 
     @classmethod
     def sine(cls, frequency: float) -> Profile:

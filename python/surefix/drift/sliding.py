@@ -55,7 +55,9 @@ class SlidingDetector:
     ``detectors``: OnsetDetectors, each with its profile, channel (by default every sensor in turn)
     and false alarm, which here is per estimate and kept by the bound over all onsets of the window.
     Memory is fixed, a step takes O(window). What is found is what an OnsetDetector finds in the
-    same measurements, for a filter that begins with the belief before the first of them.
+    same measurements, for a filter that begins with the belief before the first of them; only, a
+    sensor that repeats one value is not told apart here (``Frozen`` of a ``RobustFilter`` is for
+    that).
 
     Raises ShapeError or ConfigError for what does not fit.
     """

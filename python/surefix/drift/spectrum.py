@@ -12,7 +12,7 @@ from surefix.drift.false_alarm import FalseAlarm
 from surefix.drift.forward_record import ForwardRecord
 from surefix.drift.spectrum_result import SpectrumResult
 from surefix.drift.spectrum_search import SpectrumSearch
-from surefix.errors import ConfigError, ShapeError
+from surefix.errors import ConfigError
 
 MAX_FREQUENCIES = 1_000_000
 
@@ -70,22 +70,26 @@ class SpectrumDetector:
         """The search, the times of the channel, and why nothing can be found if that is so."""
         checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        if not schedule_only and record.layout.is_constant(direction):
+        constant = record.layout.constant(direction)
+        if not schedule_only and constant.all():
             return None, np.zeros(0), "constant data: a sensor with noise does not repeat itself"
         times = record.layout.times_of(direction)
         if len(times) < 3:
             return None, times, f"{len(times)} measurements of the channel: too few for a sinusoid"
         interval, duration = _extent(times)
         grid = self.frequencies if self.frequencies is not None else self._grid(duration, interval)
+        if len(grid) == 0:
+            wanted = f"from one cycle in {duration:g} to half the median rate 1 / {interval:g}"
+            return None, times, f"more than {MAX_FREQUENCIES} frequencies {wanted}: give them"
         search = SpectrumSearch(record, direction, grid, 4 / duration)
+        if not schedule_only:
+            search.found[constant] = np.nan
         return search, times, "" if len(search.usable) else search.reason()
 
     def _grid(self, duration: float, interval: float) -> FloatArray:
         count = round(self.oversampling * duration / (2 * interval))
         if count > MAX_FREQUENCIES:
-            raise ShapeError(
-                f"frequencies: {count} by default, expected at most {MAX_FREQUENCIES}: give them"
-            )
+            return np.zeros(0)
         first = min(self.oversampling, count)
         return np.arange(first, count + 1) / (self.oversampling * duration)
 

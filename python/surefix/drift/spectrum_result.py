@@ -133,7 +133,9 @@ class SpectrumResult(Outcome):
         }  # fmt: skip
 
     def _each(self, of: Callable[[_Sinusoid], float]) -> Scalar:
-        return None if self._best is None else self._one(np.array([of(w) for w in self._refined]))
+        if self._best is None:
+            return None
+        return self._scalar(np.array([of(wave) for wave in self._refined]))
 
     @cached_property
     def _refined(self) -> list[_Sinusoid]:

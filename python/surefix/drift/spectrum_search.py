@@ -63,7 +63,7 @@ class SpectrumSearch:
 
     def reason(self) -> str:
         if not np.isfinite(self.share).any():
-            return "no measurement of the channel was used, or too few for amplitude and phase"
+            return "amplitude and phase cannot be told apart there, as at half the sampling rate"
         return "oscillations at all these frequencies hide in what the model itself can do"
 
     def _sweep(

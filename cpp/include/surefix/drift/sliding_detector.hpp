@@ -1,5 +1,6 @@
 // Slow faults in the last measurements of a filter that runs, for onboard use: memory of fixed
-// size, no heap in a step, and a search whose cost is bounded by the window.
+// size, no heap in a step, and a search whose cost is bounded by the window. A sensor that repeats
+// one value (frozen) is not told apart: the window holds innovations, not values.
 #pragma once
 
 #include <cmath>
