@@ -99,9 +99,9 @@ SUREFIX_INLINE Whitened sweep_back(Adjoint<Belief>& adjoint, const Row& h,
                                    const Innovation<Belief>& innovation) noexcept {
   constexpr int N = Belief::fixed_size;
   typename Belief::Vector m = innovation.gain;
-  const double value =
-      sweep_mean<N>(adjoint.lambda, h, innovation.gain, innovation.inverse, innovation.value);
-  return {value, sweep_precision<N>(adjoint.Lambda, h, innovation.gain, innovation.inverse, m)};
+  const double inverse = 1.0 / innovation.variance;  // a record need not hold it
+  const double value = sweep_mean<N>(adjoint.lambda, h, innovation.gain, inverse, innovation.value);
+  return {value, sweep_precision<N>(adjoint.Lambda, h, innovation.gain, inverse, m)};
 }
 
 /// Sweeps back over `count` records in the order of their validity; calls
