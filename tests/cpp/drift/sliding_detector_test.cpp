@@ -126,6 +126,26 @@ TEST(SlidingDetector, SeesARampAndNoneWhereThereIsNone) {
   EXPECT_NEAR(found.amplitude(0), 1.0, 4 * found.deviation(0));
 }
 
+TEST(SlidingDetector, AFixedWindowHasRoomForStatesOfAnyNumber) {
+  using Belief = Gaussian<Eigen::Dynamic, double, 3>;
+  SlidingRecord<Eigen::Dynamic, 3, 4> fixed(2);
+  SlidingRecord<Eigen::Dynamic, 3, -1> chosen(2, 4);
+  const Eigen::Vector2d k(0.5, 0.25), h(1.0, 0.0);
+  const Eigen::Matrix2d F = Eigen::Matrix2d::Identity();
+  const Innovation<Belief> innovation{1.0, 2.0, 0.5, Belief::Vector(k)};
+  for (int i = 0; i < 6; ++i) {
+    fixed.add(innovation, DenseRow<Eigen::Vector2d>{h}, 1.0 + i, F, 0.1, i % 3, i);
+    chosen.add(innovation, DenseRow<Eigen::Vector2d>{h}, 1.0 + i, F, 0.1, i % 3, i);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(fixed[i].noise, 3.0 + static_cast<double>(i));
+    EXPECT_EQ(fixed[i].noise, chosen[i].noise);
+    EXPECT_EQ(fixed[i].transition.F(1, 1), 1.0);
+    EXPECT_EQ(fixed.valid(i), chosen.valid(i));
+    EXPECT_EQ(fixed[i].channel, chosen[i].channel);
+  }
+}
+
 TEST(SlidingDetector, AnEmptyWindowAndRefusedSearches) {
   const SpeedSystem system = speed_system();
   SlidingDetector<SpeedSystem, 8, 1> detector(system);

@@ -62,7 +62,7 @@ class SlidingRecord {
     Time valid;
     std::int32_t channel;
   };
-  static constexpr int numbers = N > 0 ? Measurement::numbers(N) : 1;
+  static constexpr int numbers = Measurement::numbers(MaxN);
   template <class T, int Count>
   using Storage = typename desync::FixedOrReserved<T, Capacity == -1 ? -1 : Count>::type;
 
