@@ -11,6 +11,7 @@ from surefix.drift.false_alarm import FalseAlarm
 from surefix.drift.forward_record import ForwardRecord
 from surefix.drift.onset_result import OnsetResult
 from surefix.drift.onset_search import OnsetSearch
+from surefix.drift.outcome import CONSTANT
 from surefix.drift.profile import Profile
 from surefix.errors import ConfigError
 
@@ -47,32 +48,29 @@ class OnsetDetector:
 
     def run(self, record: ForwardRecord) -> OnsetResult:
         """What is found in a record; one call for all of its runs."""
-        search, reason = self._search(record)
+        checks.instance("record", record, ForwardRecord)
+        constant = record.layout.constant(record.direction(self.channel))
+        search, reason = (None, CONSTANT) if constant.all() else self._search(record)
         if search is None or reason:
             return OnsetResult(
                 self.profile, search, None, record.layout.alone, self.false_alarm, None, reason
             )
         num = search.numerators(record.innovations, None)
-        num[record.layout.constant(record.direction(self.channel))] = np.nan
+        num[constant] = np.nan
         alarm = FalseAlarm(search, self.samples, self.seed)
         return OnsetResult(self.profile, search, num, record.layout.alone, self.false_alarm, alarm)
 
     def threshold(self, record: ForwardRecord) -> float | None:
         """The drop of 𝓛 that a healthy record exceeds with probability ``false_alarm``. It depends
         on the schedule of measurements only. None: undetectable."""
-        search, reason = self._search(record, schedule_only=True)
-        if search is None or reason:
+        checks.instance("record", record, ForwardRecord)
+        search, reason = self._search(record)
+        if reason:
             return None
         return FalseAlarm(search, self.samples, self.seed).threshold(self.false_alarm)
 
-    def _search(
-        self, record: ForwardRecord, schedule_only: bool = False
-    ) -> tuple[OnsetSearch | EndingSearch | None, str]:
+    def _search(self, record: ForwardRecord) -> tuple[OnsetSearch | EndingSearch, str]:
         """The search, and why nothing can be found if that is so."""
-        checks.instance("record", record, ForwardRecord)
-        direction = record.direction(self.channel)
-        if not schedule_only and record.layout.constant(direction).all():
-            return None, "constant data: a sensor with noise does not repeat itself"
-        onsets = OnsetSearch(record, self.profile, direction)
+        onsets = OnsetSearch(record, self.profile, record.direction(self.channel))
         search = EndingSearch(onsets) if self.ends else onsets
         return search, "" if len(search.usable) else search.reason()

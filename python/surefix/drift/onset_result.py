@@ -51,10 +51,6 @@ class OnsetResult(Outcome):
         return None if self._search is None else self._search.end
 
     @property
-    def ratio(self) -> FloatArray:
-        return np.zeros(0) if self._ratio is None else self._runs(self._ratio)
-
-    @property
     def detectability(self) -> FloatArray:
         return np.zeros(0) if self._search is None else self._search.share
 

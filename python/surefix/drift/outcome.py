@@ -12,6 +12,9 @@ from surefix.drift.false_alarm import FalseAlarm
 
 Scalar = float | FloatArray | None
 
+CONSTANT = "constant data: a sensor with noise does not repeat itself"
+"""Why nothing is said of a channel that does."""
+
 
 class Outcome:
     """The largest of many likelihood ratios, how often one as large comes with no fault, and so
@@ -35,6 +38,11 @@ class Outcome:
         if ratio is not None and alarm is not None:
             self._best = np.argmax(np.where(np.isnan(ratio), -1.0, ratio), axis=1)
             self._largest = ratio[np.arange(len(ratio)), self._best]
+
+    @property
+    def ratio(self) -> FloatArray:
+        """(K,) of every onset or frequency: drop of 𝓛 when the best fault there is subtracted."""
+        return np.zeros(0) if self._ratio is None else self._runs(self._ratio)
 
     @property
     def drop(self) -> Scalar:

@@ -10,6 +10,7 @@ from surefix.core.checks import FloatArray
 from surefix.drift.direction import Direction
 from surefix.drift.false_alarm import FalseAlarm
 from surefix.drift.forward_record import ForwardRecord
+from surefix.drift.outcome import CONSTANT
 from surefix.drift.spectrum_result import SpectrumResult
 from surefix.drift.spectrum_search import SpectrumSearch
 from surefix.errors import ConfigError
@@ -49,7 +50,13 @@ class SpectrumDetector:
 
     def run(self, record: ForwardRecord) -> SpectrumResult:
         """What is found in a record; one call for all of its runs."""
-        search, times, reason = self._search(record)
+        checks.instance("record", record, ForwardRecord)
+        constant = record.layout.constant(record.direction(self.channel))
+        search, times, reason = (
+            (None, np.zeros(0), CONSTANT) if constant.all() else self._search(record)
+        )
+        if search is not None:
+            search.found[constant] = np.nan
         alarm = None if search is None or reason else FalseAlarm(search, self.samples, self.seed)
         interval, duration = _extent(times) if search else (1.0, 1.0)
         origin = float(record.layout.times(slice(1)).sum())  # of the first measurement
@@ -59,20 +66,15 @@ class SpectrumDetector:
 
     def threshold(self, record: ForwardRecord) -> float | None:
         """As of ``OnsetDetector``."""
-        search, _, reason = self._search(record, schedule_only=True)
+        checks.instance("record", record, ForwardRecord)
+        search, _, reason = self._search(record)
         if search is None or reason:
             return None
         return FalseAlarm(search, self.samples, self.seed).threshold(self.false_alarm)
 
-    def _search(
-        self, record: ForwardRecord, schedule_only: bool = False
-    ) -> tuple[SpectrumSearch | None, FloatArray, str]:
+    def _search(self, record: ForwardRecord) -> tuple[SpectrumSearch | None, FloatArray, str]:
         """The search, the times of the channel, and why nothing can be found if that is so."""
-        checks.instance("record", record, ForwardRecord)
         direction = record.direction(self.channel)
-        constant = record.layout.constant(direction)
-        if not schedule_only and constant.all():
-            return None, np.zeros(0), "constant data: a sensor with noise does not repeat itself"
         times = record.layout.times_of(direction)
         if len(times) < 3:
             return None, times, f"{len(times)} measurements of the channel: too few for a sinusoid"
@@ -82,8 +84,6 @@ class SpectrumDetector:
             wanted = f"from one cycle in {duration:g} to half the median rate 1 / {interval:g}"
             return None, times, f"more than {MAX_FREQUENCIES} frequencies {wanted}: give them"
         search = SpectrumSearch(record, direction, grid, 4 / duration)
-        if not schedule_only:
-            search.found[constant] = np.nan
         return search, times, "" if len(search.usable) else search.reason()
 
     def _grid(self, duration: float, interval: float) -> FloatArray:

@@ -60,10 +60,6 @@ class SpectrumResult(Outcome):
         return np.zeros(0) if self._search is None else self._search.frequency
 
     @property
-    def ratio(self) -> FloatArray:
-        return np.zeros(0) if self._ratio is None else self._runs(self._ratio)
-
-    @property
     def detectability(self) -> FloatArray:
         """(F,): share of the information that not knowing the state leaves."""
         return np.zeros(0) if self._search is None else self._search.share
