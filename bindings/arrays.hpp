@@ -106,6 +106,7 @@ class Block {
 void bind_core(py::module_& module);
 void bind_desync(py::module_& module);
 void bind_drift(py::module_& module);
+void bind_raim(py::module_& module);
 void bind_robust(py::module_& module);
 void bind_switching(py::module_& module);
 

@@ -98,6 +98,15 @@ void bind_core(py::module_& module) {
   module.def("chi_squared_threshold", py::vectorize(chi_squared_threshold), py::arg("probability"),
              py::arg("degrees"));
 
+  module.def("noncentral_chi_squared_tail", py::vectorize(noncentral_chi_squared_tail),
+             py::arg("x"), py::arg("degrees"), py::arg("noncentrality"));
+  module.def("noncentral_chi_squared_cdf", py::vectorize(noncentral_chi_squared_cdf), py::arg("x"),
+             py::arg("degrees"), py::arg("noncentrality"));
+  module.def("noncentral_chi_squared_density", py::vectorize(noncentral_chi_squared_density),
+             py::arg("x"), py::arg("degrees"), py::arg("noncentrality"));
+  module.def("noncentrality_for", py::vectorize(noncentrality_for), py::arg("missed"), py::arg("x"),
+             py::arg("degrees"));
+
   py::class_<AnyModel>(module, "Model")
       .def_static("chain", &chain, py::arg("integrators"), py::arg("position"),
                   py::arg("root_density"))

@@ -6,6 +6,7 @@ PYBIND11_MODULE(_core, module) {
   surefix::bindings::bind_core(module);
   surefix::bindings::bind_desync(module);
   surefix::bindings::bind_drift(module);
+  surefix::bindings::bind_raim(module);
   surefix::bindings::bind_robust(module);
   surefix::bindings::bind_switching(module);
 }

@@ -4,6 +4,7 @@ Sensors that report at different times, fused into one estimate with an interval
 truth with a stated risk. Arrays are float64, units SI, times in seconds.
 """
 
+from surefix import raim
 from surefix._core import __version__
 from surefix.core.distributions import chi_squared_p_value, two_sided_quantile
 from surefix.core.linear_system import LinearSystem
@@ -96,6 +97,7 @@ __all__ = [
     "chi_squared_p_value",
     "diagnose",
     "likelihood_gradient",
+    "raim",
     "read_log",
     "risk_per_estimate",
     "two_sided_quantile",

@@ -20,6 +20,16 @@ MAX_SENSORS: int
 def normal_two_sided(risk: float) -> float: ...
 @overload
 def normal_two_sided(risk: npt.ArrayLike) -> _Floats: ...
+def noncentral_chi_squared_tail(
+    x: npt.ArrayLike, degrees: npt.ArrayLike, noncentrality: npt.ArrayLike
+) -> Any: ...
+def noncentral_chi_squared_cdf(
+    x: npt.ArrayLike, degrees: npt.ArrayLike, noncentrality: npt.ArrayLike
+) -> Any: ...
+def noncentral_chi_squared_density(
+    x: npt.ArrayLike, degrees: npt.ArrayLike, noncentrality: npt.ArrayLike
+) -> Any: ...
+def noncentrality_for(missed: npt.ArrayLike, x: npt.ArrayLike, degrees: npt.ArrayLike) -> Any: ...
 def chi_squared_tail(x: npt.ArrayLike, degrees: npt.ArrayLike) -> _Floats: ...
 def chi_squared_threshold(probability: npt.ArrayLike, degrees: npt.ArrayLike) -> _Floats: ...
 
@@ -345,3 +355,99 @@ class SlidingEngine:
     def clear(self) -> None: ...
     @property
     def size(self) -> int: ...
+
+RAIM_STATUS_NAMES: tuple[str, ...]
+DECLARED_NAMES: tuple[str, ...]
+MAX_SATELLITES: int
+MAX_SATELLITE_SYSTEMS: int
+MAX_EXCLUDED: int
+EARTH_ROTATION: float
+
+def least_power(
+    noncentrality: npt.ArrayLike,
+    bound: npt.ArrayLike,
+    degrees: npt.ArrayLike,
+    threshold: npt.ArrayLike,
+) -> Any: ...
+def most_power(
+    noncentrality: npt.ArrayLike,
+    bound: npt.ArrayLike,
+    degrees: npt.ArrayLike,
+    threshold: npt.ArrayLike,
+) -> Any: ...
+def power_loss(
+    noncentrality: npt.ArrayLike,
+    bound: npt.ArrayLike,
+    degrees: npt.ArrayLike,
+    threshold: npt.ArrayLike,
+) -> Any: ...
+def power_gain(
+    noncentrality: npt.ArrayLike,
+    bound: npt.ArrayLike,
+    degrees: npt.ArrayLike,
+    threshold: npt.ArrayLike,
+) -> Any: ...
+def worst_power_loss(
+    bound: npt.ArrayLike, degrees: npt.ArrayLike, threshold: npt.ArrayLike
+) -> Any: ...
+def worst_power_gain(
+    bound: npt.ArrayLike, degrees: npt.ArrayLike, threshold: npt.ArrayLike
+) -> Any: ...
+
+class LinearTestEngine:
+    def __init__(self, H: npt.ArrayLike, M: npt.ArrayLike, L: npt.ArrayLike) -> None: ...
+    @property
+    def W(self) -> _Floats: ...
+    @property
+    def whitening(self) -> _Floats: ...
+    @property
+    def rank(self) -> int: ...
+    @property
+    def degrees(self) -> int: ...
+    def statistic(self, Y: npt.ArrayLike) -> _Floats: ...
+    def parity(self, Y: npt.ArrayLike) -> _Floats: ...
+
+def affine_fit(
+    X: npt.ArrayLike, values: npt.ArrayLike, minimax: bool
+) -> tuple[_Floats, _Floats, _Floats]: ...
+
+class TrackEngine:
+    def __init__(
+        self, points: npt.ArrayLike, mileage: npt.ArrayLike | None, tolerance: float, start: float
+    ) -> None: ...
+    @property
+    def low(self) -> float: ...
+    @property
+    def high(self) -> float: ...
+    @property
+    def error(self) -> float: ...
+    @property
+    def edge_error(self) -> float: ...
+    def at(self, along: npt.ArrayLike) -> tuple[_Floats, _Floats, _Floats]: ...
+    def bend_bound(self, low: float, high: float) -> float: ...
+    def curvature_bound(self, low: float, high: float) -> float: ...
+    def nearest(self, positions: npt.ArrayLike) -> _Floats: ...
+
+class TrackRaimEngine:
+    def __init__(
+        self,
+        track: TrackEngine,
+        length: float,
+        false_alarm: float,
+        missed: float,
+        risk: float,
+        fault_probability: float,
+        max_faults: int,
+        max_excluded: int,
+        interval: float,
+        rotation: float,
+    ) -> None: ...
+    def judge(
+        self,
+        begin: npt.ArrayLike,
+        position: npt.ArrayLike,
+        pseudorange: npt.ArrayLike,
+        sigma: npt.ArrayLike,
+        system: npt.ArrayLike,
+        near: float,
+    ) -> dict[str, Any]: ...

@@ -1,0 +1,40 @@
+// The along-track position of one epoch: iterated weighted least squares on the track
+// (Lacresse, Grall & Nikiforov 2005, section 5.1).
+#pragma once
+
+#include "surefix/raim/geometry.hpp"
+#include "surefix/raim/sight.hpp"
+#include "surefix/raim/verdict.hpp"
+
+namespace surefix::raim {
+
+/// Satellites in use of those given: their indices.
+struct Selection {
+  int size = 0;
+  std::array<int, max_satellites> index;
+};
+
+struct Fix {
+  Solvable status = Solvable::too_few;
+  double along = 0.0;
+  Geometry geometry;                            // at `along`
+  std::array<double, max_satellites> residual;  // (I − P) y at `along`, whitened
+  std::array<double, max_systems> clock{};      // [m]
+  double statistic = 0.0;                       // Λ
+
+  [[nodiscard]] bool ok() const noexcept { return status == Solvable::ok; }
+};
+
+/// Solves for l and the clocks from `near`, or from the best of `places` all along the track if
+/// that is NaN.
+[[nodiscard]] Fix find_fix(const Track& track, const Satellite* satellites,
+                           const Selection& selection, const MonitorSettings& settings,
+                           double near) noexcept;
+
+/// b: bound on ‖W 𝓔(l)‖ in standard deviations for all |l − l̂| ≤ half, 𝓔 what the tangent at l̂
+/// leaves of d. Between samples by |𝓔''| (section 4.3's largest W 𝓔, certified).
+[[nodiscard]] double linearisation_bound(const Track& track, const Satellite* satellites,
+                                         const Selection& selection, const Fix& fix, double half,
+                                         double rotation) noexcept;
+
+}  // namespace surefix::raim

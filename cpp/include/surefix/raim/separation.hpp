@@ -1,0 +1,40 @@
+// Protection from fault hypotheses (multiple-hypothesis solution separation), of one epoch.
+//
+// A hypothesis is a set J of one or two faulty satellites. The solution without them,
+//   l̂_J = l̂ − e_J (I − P)_JJ⁻¹ r_J,   σ_J² = σ_l² + e_J (I − P)_JJ⁻¹ e_Jᵀ,
+// does not know of their faults, and with no fault |l̂ − l̂_J| ≤ T_J = K σ_ss, σ_ss² = σ_J² − σ_l².
+// While it is, an error beyond PL needs one of l̂_J beyond PL − T_J:
+//   2 Q(PL/σ_l) + Σ_J p_f^|J| 2 Q((PL − T_J)/σ_J) = share of the risk.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "surefix/raim/geometry.hpp"
+#include "surefix/raim/tail_root.hpp"
+
+namespace surefix::raim {
+
+/// The solution without a set of satellites.
+struct SetSolution {
+  enum class Kind { seen, harmless, blind };
+  Kind kind;              ///< `blind`: l̂ suffers from faults in the set that no residual shows
+  double shift = 0.0;     ///< l̂_J − l̂ [m]
+  double variance = 0.0;  ///< σ_ss² [m²]
+};
+
+/// Without satellite i, or without i and j. `r` (n): whitened residuals.
+[[nodiscard]] SetSolution without(const Geometry& geometry, const double* r, int i) noexcept;
+[[nodiscard]] SetSolution without(const Geometry& geometry, const double* r, int i, int j) noexcept;
+
+struct Separation {
+  bool alarm = false;       ///< |l̂ − l̂_J| > T_J for some J
+  double protection = 0.0;  ///< PL [m], infinite where there is none
+};
+
+/// `share`: the part of p_r that PL may use (`MonitorTables::share`).
+[[nodiscard]] Separation separate(const Geometry& geometry, const double* r,
+                                  const MonitorSettings& settings, const MonitorTables& tables,
+                                  double share) noexcept;
+
+}  // namespace surefix::raim

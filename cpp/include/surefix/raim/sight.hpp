@@ -1,0 +1,41 @@
+// A satellite seen from a point of the track (Lacresse, Grall & Nikiforov 2005, eq. 11).
+#pragma once
+
+#include <cmath>
+
+#include "surefix/raim/track.hpp"
+
+namespace surefix::raim {
+
+inline constexpr double speed_of_light = 299792458.0;      ///< [m/s]
+inline constexpr double earth_rotation = 7.2921151467e-5;  ///< WGS-84 [rad/s]
+
+/// One pseudorange r = d(l) + clock of its system + ε, corrected for atmosphere and satellite
+/// clock.
+struct Satellite {
+  Point position;      ///< in the frame of the track [m]
+  double pseudorange;  ///< [m]
+  double sigma;        ///< standard deviation of ε [m]
+  int system;          ///< whose clock, 0 … max_systems − 1
+};
+
+/// d(l), d'(l), and what bounds |d''|: ‖c''‖ + `turning`, the turning of the line of sight.
+struct Sight {
+  double range;    ///< [m]
+  double slope;    ///< [1]
+  double turning;  ///< [1/m]
+};
+
+/// `rotation` [rad/s]: of the frame while the signal travels, for positions that are not yet
+/// rotated into the frame at reception (the Sagnac term, exact to first order); else 0.
+[[nodiscard]] inline Sight look(const TrackPoint& from, const Point& satellite,
+                                double rotation) noexcept {
+  const Point to{satellite[0] - from.position[0], satellite[1] - from.position[1],
+                 satellite[2] - from.position[2]};
+  const double distance = std::sqrt(dot(to, to)), sweep = rotation / speed_of_light;
+  const Point &c = from.position, &t = from.tangent, &s = satellite;
+  return {distance + sweep * (s[0] * c[1] - s[1] * c[0]),
+          -dot(to, t) / distance + sweep * (s[0] * t[1] - s[1] * t[0]), dot(t, t) / distance};
+}
+
+}  // namespace surefix::raim

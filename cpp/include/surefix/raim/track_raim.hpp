@@ -1,0 +1,49 @@
+// Integrity of satellite positions on a known track: one epoch in, one verdict out.
+//
+// No heap, no exception; every loop is bounded by max_satellites, by the number of sets of at most
+// max_excluded satellites, and by the logarithm of the track's number of vertices.
+#pragma once
+
+#include "surefix/raim/exclusion.hpp"
+#include "surefix/raim/fix.hpp"
+#include "surefix/raim/protection.hpp"
+#include "surefix/raim/separation.hpp"
+
+namespace surefix::raim {
+
+class TrackRaim {
+ public:
+  /// `settings.check()` must be ok; the track must outlive the monitor.
+  TrackRaim(const Track& track, const MonitorSettings& settings) noexcept
+      : track_(&track), settings_(settings), tables_(settings) {}
+
+  /// Judges n satellites; those with a pseudorange, position or sigma that is not finite, or a
+  /// sigma ≤ 0, or a system out of range, are not used. `near`: mileage where the iteration begins
+  /// [m], the last epoch's for example; NaN: anywhere on the track. It does not change where the
+  /// solution is: one from `near` that alarms is compared with one from anywhere.
+  [[nodiscard]] Verdict judge(const Satellite* satellites, int n, double near) const noexcept;
+
+  [[nodiscard]] const MonitorSettings& settings() const noexcept { return settings_; }
+  [[nodiscard]] const Track& track() const noexcept { return *track_; }
+
+ private:
+  [[nodiscard]] Fix fix(const Satellite* satellites, const Selection& selection,
+                        double near) const noexcept;
+  [[nodiscard]] bool alarms(const Fix& fix) const noexcept {
+    return fix.statistic >= tables_.test(fix.geometry.degrees()).threshold;
+  }
+  /// The solution without some of the satellites, if there is one that passes.
+  [[nodiscard]] bool exclude(const Satellite* satellites, const Selection& all, const Fix& first,
+                             Verdict& verdict) const noexcept;
+  void describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
+                const Separation& separation, Verdict& verdict) const noexcept;
+  [[nodiscard]] double bounded_protection(const Satellite* satellites, const Selection& selection,
+                                          const Fix& fix, double slope,
+                                          double bound) const noexcept;
+
+  const Track* track_;
+  MonitorSettings settings_;
+  MonitorTables tables_;
+};
+
+}  // namespace surefix::raim

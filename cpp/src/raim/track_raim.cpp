@@ -1,0 +1,143 @@
+#include "surefix/raim/track_raim.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace surefix::raim {
+namespace {
+
+constexpr double none = Verdict::none;
+
+bool usable(const Satellite& s) noexcept {
+  const double sum = s.position[0] + s.position[1] + s.position[2] + s.pseudorange + s.sigma;
+  return std::isfinite(sum) && s.sigma > 0.0 && s.system >= 0 && s.system < max_systems;
+}
+
+Selection without_set(const Selection& all, const SatelliteSet& set) noexcept {
+  Selection rest;
+  for (int k = 0; k < all.size; ++k) {
+    const auto* end = set.member.data() + set.size;
+    if (std::find(set.member.data(), end, k) == end)
+      rest.index[static_cast<std::size_t>(rest.size++)] = all.index[static_cast<std::size_t>(k)];
+  }
+  return rest;
+}
+
+}  // namespace
+
+Verdict TrackRaim::judge(const Satellite* satellites, int n, double near) const noexcept {
+  Verdict verdict;
+  Selection all;
+  for (int i = 0; i < n; ++i) {
+    if (i >= max_satellites) {
+      verdict.status = Solvable::too_many;
+      return verdict;
+    }
+    if (usable(satellites[i])) all.index[static_cast<std::size_t>(all.size++)] = i;
+  }
+  verdict.used = all.size;
+  const Fix first = fix(satellites, all, near);
+  verdict.status = first.status;
+  if (!first.ok()) return verdict;
+
+  const ChiSquaredTest& test = tables_.test(first.geometry.degrees());
+  verdict.statistic = first.statistic;
+  verdict.degrees = first.geometry.degrees();
+  verdict.threshold = test.threshold;
+  verdict.alarm = alarms(first);
+  const Separation separation = separate(first.geometry, first.residual.data(), settings_, tables_,
+                                         tables_.share(all.size, 0));
+  verdict.separation_alarm = separation.alarm;
+  verdict.declared = verdict.alarm || separation.alarm ? Declared::alarm : Declared::ok;
+  if (verdict.declared == Declared::alarm && exclude(satellites, all, first, verdict))
+    return verdict;
+  describe(satellites, all, first, separation, verdict);
+  return verdict;
+}
+
+Fix TrackRaim::fix(const Satellite* satellites, const Selection& selection,
+                   double near) const noexcept {
+  const Fix close = find_fix(*track_, satellites, selection, settings_, near);
+  if (std::isnan(near) || close.status == Solvable::too_few || (close.ok() && !alarms(close)))
+    return close;
+  const Fix anywhere = find_fix(*track_, satellites, selection, settings_, none);
+  const bool better = anywhere.ok() && (!close.ok() || anywhere.statistic < close.statistic);
+  return better ? anywhere : close;
+}
+
+bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const Fix& first,
+                        Verdict& verdict) const noexcept {
+  for (int size = 1; size <= settings_.max_excluded; ++size) {
+    if (first.geometry.degrees() - size < 1) break;
+    const SatelliteSet set = best_exclusion(first.geometry, first.residual.data(), size);
+    if (set.size == 0) continue;
+    const Selection rest = without_set(all, set);
+    const Fix again = fix(satellites, rest, first.along);
+    if (!again.ok() || alarms(again)) continue;
+    const Separation separation = separate(again.geometry, again.residual.data(), settings_,
+                                           tables_, tables_.share(all.size, size));
+    if (separation.alarm) continue;
+    verdict.declared = Declared::excluded;
+    verdict.excluded = size;
+    for (int k = 0; k < size; ++k) {
+      const int member = set.member[static_cast<std::size_t>(k)];
+      const int given = all.index[static_cast<std::size_t>(member)];
+      verdict.taken_out[static_cast<std::size_t>(given)] = true;
+    }
+    describe(satellites, rest, again, separation, verdict);
+    return true;
+  }
+  return false;
+}
+
+void TrackRaim::describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
+                         const Separation& separation, Verdict& verdict) const noexcept {
+  const Geometry& geometry = fix.geometry;
+  const ChiSquaredTest& test = tables_.test(geometry.degrees());
+  verdict.used = selection.size;
+  verdict.along = fix.along;
+  verdict.sigma = geometry.sigma();
+  for (int k = 0; k < selection.size; ++k) {
+    const auto c =
+        static_cast<std::size_t>(satellites[selection.index[static_cast<std::size_t>(k)]].system);
+    verdict.clock[c] = fix.clock[c];
+  }
+  const SnapshotIntegrity integrity = snapshot_integrity(geometry, settings_, tables_);
+  for (int k = 0; k < selection.size; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const auto given = static_cast<std::size_t>(selection.index[i]);
+    verdict.residual[given] = fix.residual[i];
+    verdict.critical_bias[given] = integrity.critical_bias[i];
+    verdict.missed[given] = integrity.missed[i];
+  }
+  verdict.p_star = integrity.p_star;
+  verdict.bound = linearisation_bound(*track_, satellites, selection, fix, settings_.interval,
+                                      settings_.rotation);
+  const bool faults_matter = std::isfinite(integrity.noncentrality);
+  verdict.e1 =
+      faults_matter
+          ? std::max(test.most_missed(integrity.noncentrality, verdict.bound) - integrity.p_star,
+                     0.0)
+          : 0.0;
+  verdict.e2 = test.gain(0.0, verdict.bound);
+  verdict.available = verdict.p_star <= settings_.missed;
+  verdict.available_with_e1 = verdict.p_star + verdict.e1 <= settings_.missed;
+  verdict.snapshot_protection =
+      bounded_protection(satellites, selection, fix, integrity.slope, verdict.bound);
+  verdict.protection = separation.protection;
+}
+
+double TrackRaim::bounded_protection(const Satellite* satellites, const Selection& selection,
+                                     const Fix& fix, double slope, double bound) const noexcept {
+  // b holds over the interval: where the protection level is longer, over as much as that.
+  double half = settings_.interval;
+  for (int round = 0; round < 12; ++round) {
+    const double found = snapshot_protection(fix.geometry, slope, bound, settings_, tables_);
+    if (found <= half || !std::isfinite(found)) return found;
+    half = 1.05 * found;
+    bound = linearisation_bound(*track_, satellites, selection, fix, half, settings_.rotation);
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace surefix::raim
