@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,6 +19,14 @@ namespace py = pybind11;
 /// float64, C order; converted if it is not (the Python face has checked shapes and names).
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using IntArray = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
+
+/// The column of factors of a log of `rows`, null without one.
+inline const double* factors(const std::optional<Array>& factor, py::ssize_t rows) {
+  if (!factor) return nullptr;
+  if (factor->ndim() != 1 || factor->shape(0) != rows)
+    throw std::invalid_argument("factor: expected one for every row");
+  return factor->data();
+}
 
 inline Eigen::MatrixXd matrix(const Array& array) {
   if (array.ndim() != 2) throw std::invalid_argument("expected a matrix");

@@ -24,12 +24,14 @@ py::tuple counts(const Counters& counters) { return py::tuple(py::cast(counters.
 py::tuple run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style>& stamp,
               const py::array_t<std::int32_t, py::array::c_style>& sensor,
               const py::array_t<double, py::array::c_style>& value,
+              const std::optional<Array>& factor,
               const std::optional<py::array_t<Time, py::array::c_style>>& times, int noise_scope,
               std::optional<Time> delay) {
   const py::ssize_t N = stamp.shape(0);
   if (sensor.shape(0) != N || value.shape(0) != N)
     throw std::invalid_argument("stamp, sensor, value: expected one length");
-  const LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N)};
+  const LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N),
+                    factors(factor, N)};
   const auto scope = static_cast<NoiseScope>(noise_scope);
   const bool noisy = scope != NoiseScope::none;
 
@@ -150,10 +152,11 @@ void bind_desync(py::module_& module) {
       .def("with_system", &AnyFilter::with_system, py::arg("system"), py::arg("old_index"))
       .def(
           "push",
-          [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value, std::int64_t id) {
-            return static_cast<int>(filter.push(stamp, sensor, value, id));
+          [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value, std::int64_t id,
+             double factor) {
+            return static_cast<int>(filter.push(stamp, sensor, value, id, factor));
           },
-          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"))
+          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"), py::arg("factor"))
       .def(
           "estimate",
           [](AnyFilter& filter, Time time) {
@@ -183,7 +186,8 @@ void bind_desync(py::module_& module) {
       .def_property_readonly("log_likelihood", &AnyFilter::log_likelihood)
       .def_property_readonly("waiting", &AnyFilter::waiting)
       .def("run", &run, py::arg("stamp").noconvert(), py::arg("sensor").noconvert(),
-           py::arg("value").noconvert(), py::arg("times"), py::arg("noise_scope"), py::arg("delay"))
+           py::arg("value").noconvert(), py::arg("factor"), py::arg("times"),
+           py::arg("noise_scope"), py::arg("delay"))
       .def("save", &save)
       .def("restore", &restore, py::arg("saved"));
 

@@ -70,11 +70,13 @@ py::object of_system(const LinearSystem& system, const Array& z, const std::opti
 py::tuple of_log(const AnySystem& system, const Array& x0, const Array& P0,
                  std::optional<Time> start, const py::array_t<Time, py::array::c_style>& stamp,
                  const py::array_t<std::int32_t, py::array::c_style>& sensor,
-                 const py::array_t<double, py::array::c_style>& value) {
+                 const py::array_t<double, py::array::c_style>& value,
+                 const std::optional<Array>& factor) {
   const py::ssize_t N = stamp.shape(0);
   if (sensor.shape(0) != N || value.shape(0) != N)
     throw std::invalid_argument("stamp, sensor, value: expected one length");
-  const desync::LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N)};
+  const desync::LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N),
+                            factors(factor, N)};
   py::array_t<std::uint8_t> status(N);
   auto* data = reinterpret_cast<Status*>(status.mutable_data());
   const AnySystem::ModelBelief initial{vector(x0), matrix(P0)};
@@ -274,7 +276,8 @@ void bind_drift(py::module_& module) {
       .def_static("of_system", &of_system, py::arg("system"), py::arg("z"), py::arg("inputs"),
                   py::arg("times"), py::arg("estimates"))
       .def_static("of_log", &of_log, py::arg("system"), py::arg("x0"), py::arg("P0"),
-                  py::arg("start"), py::arg("stamp"), py::arg("sensor"), py::arg("value"))
+                  py::arg("start"), py::arg("stamp"), py::arg("sensor"), py::arg("value"),
+                  py::arg("factor"))
       .def_property_readonly("size", &AnyRecord::size)
       .def_property_readonly("mixed", &AnyRecord::mixed)
       .def_property_readonly("innovations",
@@ -334,10 +337,11 @@ void bind_drift(py::module_& module) {
       .def("add", &add_search, py::arg("profile"), py::arg("direction"), py::arg("false_alarm"))
       .def(
           "push",
-          [](AnySliding& sliding, Time stamp, std::int32_t sensor, double value, std::int64_t id) {
-            return static_cast<int>(sliding.push(stamp, sensor, value, id));
+          [](AnySliding& sliding, Time stamp, std::int32_t sensor, double value, std::int64_t id,
+             double factor) {
+            return static_cast<int>(sliding.push(stamp, sensor, value, id, factor));
           },
-          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"))
+          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"), py::arg("factor"))
       .def(
           "estimate",
           [](AnySliding& sliding, Time time) {

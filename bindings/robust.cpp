@@ -68,12 +68,14 @@ py::array_t<std::int8_t> modes_of(const ModeTable& table, const std::vector<std:
 py::dict run(const AnyFilter& filter, const py::array_t<Time, py::array::c_style>& stamp,
              const py::array_t<std::int32_t, py::array::c_style>& sensor,
              const py::array_t<double, py::array::c_style>& value,
+             const std::optional<Array>& factor,
              const std::optional<py::array_t<Time, py::array::c_style>>& times,
              std::optional<Time> delay, bool per_measurement, bool with_noise) {
   const py::ssize_t N = stamp.shape(0);
   if (sensor.shape(0) != N || value.shape(0) != N)
     throw std::invalid_argument("stamp, sensor, value: expected one length");
-  const desync::LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N)};
+  const desync::LogView log{stamp.data(), sensor.data(), value.data(), static_cast<std::size_t>(N),
+                            factors(factor, N)};
   py::array_t<std::uint8_t> status(N);
   py::array_t<std::int64_t> estimate(N);
   auto* status_data = reinterpret_cast<Status*>(status.mutable_data());
@@ -293,10 +295,11 @@ void bind_robust(py::module_& module) {
            py::arg("capacity"))
       .def(
           "push",
-          [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value, std::int64_t id) {
-            return static_cast<int>(filter.push(stamp, sensor, value, id));
+          [](AnyFilter& filter, Time stamp, std::int32_t sensor, double value, std::int64_t id,
+             double factor) {
+            return static_cast<int>(filter.push(stamp, sensor, value, id, factor));
           },
-          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"))
+          py::arg("stamp"), py::arg("sensor"), py::arg("value"), py::arg("id"), py::arg("factor"))
       .def("estimate", &estimate, py::arg("time"))
       .def_property_readonly(
           "counters",
@@ -306,7 +309,7 @@ void bind_robust(py::module_& module) {
       .def("hypotheses",
            [](const AnyFilter& filter) { return mixture(filter.hypotheses(), filter.table()); })
       .def("run", &run, py::arg("stamp").noconvert(), py::arg("sensor").noconvert(),
-           py::arg("value").noconvert(), py::arg("times"), py::arg("delay"),
+           py::arg("value").noconvert(), py::arg("factor"), py::arg("times"), py::arg("delay"),
            py::arg("per_measurement"), py::arg("noise"))
       .def("save", &save)
       .def("restore", &restore, py::arg("saved"));

@@ -43,11 +43,13 @@ from surefix.toml_table import Kind, Table
 
 @dataclass(frozen=True)
 class LogColumns:
-    """Names of a log's columns; ``columns``, from sensor to column, for a wide table."""
+    """Names of a log's columns, ``sigma`` where readings say how good they are; ``columns``, from
+    sensor to column, for a wide table."""
 
     time: str = "time_s"
     sensor: str = "sensor"
     value: str = "value"
+    sigma: str | None = None
     columns: Mapping[str, str] | None = None
 
 
@@ -118,7 +120,7 @@ class Config:
         names = self.log
         return read_log(
             path, time=names.time, sensor=names.sensor, value=names.value,
-            columns=names.columns, progress=progress,
+            sigma=names.sigma, columns=names.columns, progress=progress,
         )  # fmt: skip
 
 
@@ -254,6 +256,7 @@ _LOG: dict[str, Kind] = {
     "time": toml.text,
     "sensor": toml.text,
     "value": toml.text,
+    "sigma": toml.text,
     "columns": toml.columns,
 }
 _OUTPUT: dict[str, Kind] = {

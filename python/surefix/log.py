@@ -18,7 +18,9 @@ NO_TIME = np.iinfo(np.int64).min
 
 
 class Log:
-    """Measurements in long format: ``time`` (N,) [s], ``sensor`` (N,) names, ``value`` (N,).
+    """Measurements in long format: ``time`` (N,) [s], ``sensor`` (N,) names, ``value`` (N,), and,
+    of sensors that say how good each reading is, ``sigma`` (N,): its standard deviation, NaN for
+    the sensor's own.
 
     Rows may come in any order; NaN and infinite entries are kept and counted when the log is run,
     not dropped in silence. ``time`` may also be timestamps (datetime64, seconds since 1970) or
@@ -29,10 +31,15 @@ class Log:
     """
 
     def __init__(
-        self, time: npt.ArrayLike, sensor: Sequence[str] | npt.NDArray[Any], value: npt.ArrayLike
+        self,
+        time: npt.ArrayLike,
+        sensor: Sequence[str] | npt.NDArray[Any],
+        value: npt.ArrayLike,
+        sigma: npt.ArrayLike | None = None,
     ) -> None:
         self.time, self.stamp = _times(time)
         self.value = _column("value", value)
+        self.sigma = None if sigma is None else _column("sigma", sigma)
         labels = np.asarray(sensor)
         if labels.ndim != 1:
             raise ShapeError(f"log, sensor: expected shape (any,), got {labels.shape}")
@@ -42,6 +49,10 @@ class Log:
             raise ShapeError(
                 "log: expected time, sensor and value of one length, got "
                 f"{len(self.time)}, {len(labels)} and {len(self.value)}"
+            )
+        if self.sigma is not None and len(self.sigma) != len(self.time):
+            raise ShapeError(
+                f"log, sigma: expected shape ({len(self.time)},), got {self.sigma.shape}"
             )
         if len(self.time) == 0:
             raise ConfigError("log: expected at least one measurement, got an empty log")
@@ -67,6 +78,15 @@ class Log:
         other = copy.copy(self)
         other.value = column
         return other
+
+    def factors(self, names: Sequence[str], sigma: Sequence[float]) -> FloatArray | None:
+        """Of every row (N,), its standard deviation in units of its sensor's, ``sigma`` of the
+        sensors ``names``; None where no row says anything else. The engine counts rows with a
+        factor outside 1e-6 to 1e6 as not finite."""
+        if self.sigma is None:
+            return None
+        own = np.append(np.asarray(sigma, dtype=np.float64), 1.0)[self.codes_for(names)]
+        return np.where(np.isnan(self.sigma), 1.0, self.sigma / own)
 
     def codes_for(self, names: Sequence[str]) -> npt.NDArray[np.int32]:
         """Index of every row's sensor in ``names`` (N,), −1 where it is not among them."""

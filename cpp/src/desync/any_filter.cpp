@@ -42,7 +42,7 @@ class FilterOf final : public AnyFilter {
     for (const Measurement& m : saved.waiting) {
       const auto found = std::find(old_index.begin(), old_index.end(), m.sensor);
       const auto s = static_cast<std::int32_t>(found - old_index.begin());
-      if (found != old_index.end()) kept.push_back({m.valid, m.value, m.id, s});
+      if (found != old_index.end()) kept.push_back({m.valid, m.value, m.id, s, m.factor});
       if (found == old_index.end()) saved.counters.move(Status::ok, Status::unknown_sensor);
     }
     saved.waiting = kept;
@@ -51,8 +51,9 @@ class FilterOf final : public AnyFilter {
     return next;
   }
 
-  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id) noexcept override {
-    return filter_.push(stamp, sensor, value, id);
+  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+              double factor) noexcept override {
+    return filter_.push(stamp, sensor, value, id, factor);
   }
   Status estimate(Time time, StepError& error) noexcept override {
     return filter_.estimate(time, error);

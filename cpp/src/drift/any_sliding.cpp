@@ -20,8 +20,9 @@ class SlidingOf final : public AnySliding {
                    double false_alarm) noexcept override {
     return detector_.add(profile, direction, false_alarm);
   }
-  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id) noexcept override {
-    return filter_.push(stamp, sensor, value, id);
+  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+              double factor) noexcept override {
+    return filter_.push(stamp, sensor, value, id, factor);
   }
   Status estimate(Time time, desync::StepError& error) noexcept override {
     const Status status = filter_.estimate(time, error);

@@ -25,8 +25,9 @@ class FilterOf final : public AnyFilter {
         start_(start),
         filter_(setup, initial, start, capacity) {}
 
-  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id) noexcept override {
-    return filter_.push(stamp, sensor, value, id);
+  Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+              double factor) noexcept override {
+    return filter_.push(stamp, sensor, value, id, factor);
   }
   Status estimate(Time time, RobustEstimate& out) noexcept override {
     return filter_.estimate(time, out);

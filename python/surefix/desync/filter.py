@@ -18,7 +18,7 @@ from surefix.core.sensor import Sensor, make_system, sensor_tuple
 from surefix.desync.estimate import Estimate
 from surefix.desync.result import Result
 from surefix.desync.saved import checked, settings
-from surefix.desync.stream import Stream, check_ended, check_estimated, float_or_nan
+from surefix.desync.stream import Stream, check_ended, check_estimated, factor_of, float_or_nan, log_factors
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 
@@ -92,7 +92,10 @@ class DesyncFilter(Stream):
         if not isinstance(noise, (str, type(None))) or noise not in _NOISE_SCOPES:
             raise ConfigError(f"noise: expected 'step', 'journey' or None, got {noise!r}")
         code, wanted, late = self._request(log, rate, times, delay)
-        out = self._engine.run(log.stamp, code, log.value, wanted, _NOISE_SCOPES[noise], late)
+        factor = log_factors(log, self.sensors)
+        out = self._engine.run(
+            log.stamp, code, log.value, factor, wanted, _NOISE_SCOPES[noise], late
+        )
         time_s, x, P, sse, degrees, status, v, variance, log_likelihood, ended, made = out
         check_ended(ended, wanted, made)
         return Result(
@@ -101,8 +104,11 @@ class DesyncFilter(Stream):
             risk=self.risk, output=self.model.output, state_names=self.state_names, log=log,
         )  # fmt: skip
 
-    def push(self, time: float, sensor: str, value: float) -> Status:
-        """Takes one measurement with its stamp [s]; returns what became of it.
+    def push(
+        self, time: float, sensor: str, value: float, sigma: float | None = None
+    ) -> Status:
+        """Takes one measurement with its stamp [s]; returns what became of it. ``sigma``: standard
+        deviation of this one, by default the sensor's.
 
         In any order, as long as it was valid after the last estimate. Never raises on data: NaN,
         what is no number at all, unknown sensors and late measurements are answered by their status
@@ -112,7 +118,8 @@ class DesyncFilter(Stream):
         index = next((i for i, s in enumerate(self.sensors) if known and s.name == sensor), -1)
         seconds = float_or_nan(time)
         stamp = to_nanoseconds(seconds) if abs(seconds) <= _core.MAX_SECONDS else NO_TIME
-        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes))
+        factor = factor_of(sigma, self.sensors, index)
+        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes, factor))
         self._pushes += 1
         return status
 

@@ -88,14 +88,15 @@ def counters(value: Any) -> tuple[int, ...]:
 def waiting(
     value: Any, sensors: Sequence[Sensor], capacity: int, oldest: int | None, pushes: int
 ) -> tuple[list[Any], ...]:
-    """Valid times [ns], indices of sensors, values and numbers of push, each (waiting,)."""
-    columns = [_parts("waiting", part) for part in _parts("waiting", value, 4)]
+    """Valid times [ns], indices of sensors, values, numbers of push and factors of the sensors'
+    standard deviations, each (waiting,)."""
+    columns = [_parts("waiting", part) for part in _parts("waiting", value, 5)]
     if len({len(column) for column in columns}) != 1:
         raise ShapeError(f"saved waiting: expected lists of one length, got {value!r}")
     if len(columns[0]) > capacity:
         raise ConfigError(f"saved: more measurements wait than capacity {capacity} holds")
     rows = []
-    for valid, sensor, reading, number in zip(*columns, strict=True):
+    for valid, sensor, reading, number, factor in zip(*columns, strict=True):
         which = whole("waiting sensor", sensor, 0, len(sensors) - 1)
         latency = checks.nanoseconds("latency", sensors[which].latency)
         earliest = -LATEST - latency if oldest is None else oldest
@@ -104,8 +105,9 @@ def waiting(
             which,
             checks.number("saved waiting value", reading),
             whole("waiting number", number, 0, pushes - 1),
+            checks.positive("saved waiting factor", factor),
         ))  # fmt: skip
-    return tuple(list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [], [])
+    return tuple(list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [], [], [])
 
 
 def whole(name: str, value: Any, smallest: int, largest: int) -> int:

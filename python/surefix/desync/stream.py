@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy.typing as npt
 
 from surefix import _core
 from surefix.core import checks
-from surefix.core.checks import NANOSECONDS
+from surefix.core.checks import NANOSECONDS, FloatArray
 from surefix.core.models import Model
 from surefix.core.sensor import Sensor, state_names
 from surefix.desync.times import Nanoseconds, estimation_times
@@ -89,6 +90,18 @@ def check_estimated(status: str, time: float) -> None:
         raise ConfigError(f"time: no estimate at {time} s: {status}")
     if status != "ok":
         raise NumericalError(f"estimate: no estimate at {time} s: {status}")
+
+
+def factor_of(sigma: Any, sensors: Sequence[Sensor], index: int) -> float:
+    """Of a reading that says how good it is: its standard deviation in units of its sensor's."""
+    if sigma is None or index < 0:
+        return 1.0
+    return float_or_nan(sigma) / sensors[index].sigma
+
+
+def log_factors(log: Log, sensors: Sequence[Sensor]) -> FloatArray | None:
+    """The same of a log's rows (N,)."""
+    return log.factors([s.name for s in sensors], [s.sigma for s in sensors])
 
 
 def float_or_nan(value: Any) -> float:

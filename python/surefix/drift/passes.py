@@ -13,6 +13,7 @@ from surefix.core.checks import NANOSECONDS, FloatArray
 from surefix.core.linear_system import LinearSystem
 from surefix.core.sensor import make_system
 from surefix.desync.filter import DesyncFilter
+from surefix.desync.stream import log_factors
 from surefix.drift.data import measurements
 from surefix.drift.layout import Layout
 from surefix.errors import ConfigError, NumericalError
@@ -28,7 +29,7 @@ def pass_log(filter: DesyncFilter, log: Log) -> tuple[_core.DriftRecord, Layout,
     code = log.codes_for(names)
     engine, status = _core.DriftRecord.of_log(
         make_system(filter.model, filter.sensors), filter.x0, filter.P0, start, log.stamp, code,
-        log.value,
+        log.value, log_factors(log, filter.sensors),
     )  # fmt: skip
     latency = np.array([checks.nanoseconds("latency", s.latency) for s in filter.sensors])
     known = np.where(code >= 0, latency[code], 0)

@@ -10,7 +10,7 @@ from surefix.core import checks
 from surefix.core.checks import NANOSECONDS, FloatArray
 from surefix.core.sensor import make_system
 from surefix.desync.filter import DesyncFilter, Status
-from surefix.desync.stream import check_estimated, float_or_nan
+from surefix.desync.stream import check_estimated, factor_of, float_or_nan
 from surefix.drift.direction import weights
 from surefix.drift.onset import OnsetDetector
 from surefix.errors import ConfigError
@@ -69,6 +69,7 @@ class SlidingDetector:
         self.window = checks.whole("window", window, 2, MAX_WINDOW)
         given = checks.tuple_of("detectors", detectors, OnsetDetector, "OnsetDetectors")
         self.names = tuple(sensor.name for sensor in filter.sensors)
+        self.sensors = filter.sensors
         self.detectors = tuple(one for each in given for one in _of_each(each, self.names))
         if not 1 <= len(self.detectors) <= _core.MAX_SEARCHES:
             raise ConfigError(
@@ -87,14 +88,17 @@ class SlidingDetector:
             if status != "ok":
                 raise ConfigError(f"detectors: refused by the engine: {status}")
 
-    def push(self, time: float, sensor: str, value: float) -> Status:
+    def push(
+        self, time: float, sensor: str, value: float, sigma: float | None = None
+    ) -> Status:
         """As ``DesyncFilter.push``."""
         known = isinstance(sensor, str) and sensor in self.names
         index = self.names.index(sensor) if known else -1
         seconds = float_or_nan(time)
         inside = abs(seconds) <= _core.MAX_SECONDS
         stamp = checks.to_nanoseconds(seconds) if inside else NO_TIME
-        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes))
+        factor = factor_of(sigma, self.sensors, index)
+        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes, factor))
         self._pushes += 1
         return status
 

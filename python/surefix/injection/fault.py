@@ -66,7 +66,7 @@ class InjectedFault:
             value[rows] = self._changed(value[rows], log.time[rows] - self.start)
         if not np.isfinite(value[rows]).all():
             raise ConfigError(f"size: expected one that leaves finite readings, got {self.size:g}")
-        return Log(log.time, log.sensor, value)
+        return Log(log.time, log.sensor, value, log.sigma)
 
     def _changed(self, value: FloatArray, since: FloatArray) -> FloatArray:
         if self.kind == "freeze":

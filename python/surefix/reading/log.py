@@ -20,12 +20,14 @@ def read_log(
     time: str = "time_s",
     sensor: str = "sensor",
     value: str = "value",
+    sigma: str | None = None,
     columns: Mapping[str, str] | None = None,
     progress: Progress | None = None,
 ) -> Log:
     """Reads a log from CSV (also .csv.gz) or Parquet.
 
-    ``time``, ``sensor``, ``value`` name the columns of a long table. For a wide table give
+    ``time``, ``sensor``, ``value`` name the columns of a long table, ``sigma`` one with the standard
+    deviation of each reading, where there is one (an empty cell: the sensor's own). For a wide table give
     ``columns``, from sensor to column: each such column becomes the rows of one sensor, empty cells
     are left out. NaN, and an empty value in a long table, are counted when the log is run. Times
     are seconds; in Parquet they may be timestamps. Raises ConfigError naming the file, the line and
@@ -33,11 +35,15 @@ def read_log(
     """
     path = Path(path)
     if columns:
+        if sigma is not None:
+            raise ConfigError(f"sigma: expected none with a wide table, got {sigma!r}")
         return _wide(path, time, columns, progress)
-    table = read_columns(path, time, [value], sensor, progress)
+    numbers = [value] if sigma is None else [value, sigma]
+    table = read_columns(path, time, numbers, sensor, progress)
     if len(table[time].values) == 0:
         raise ConfigError(f"{path}: expected at least one measurement, got an empty log")
-    return Log(table[time].values, table[sensor].values, table[value].values)
+    spread = None if sigma is None else table[sigma].values
+    return Log(table[time].values, table[sensor].values, table[value].values, spread)
 
 
 def read_columns(

@@ -15,7 +15,7 @@ from surefix.core.models import Model
 from surefix.core.sensor import Sensor, make_system, sensor_tuple
 from surefix.desync.filter import MAX_CAPACITY, Status
 from surefix.desync.saved import settings
-from surefix.desync.stream import Stream, check_ended, check_estimated, float_or_nan
+from surefix.desync.stream import Stream, check_ended, check_estimated, factor_of, float_or_nan, log_factors
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 from surefix.robust import arguments
@@ -155,7 +155,10 @@ class RobustFilter(Stream):
             checks.one_of("noise", noise, ("step",))
         single = self.hypotheses == "measurement"
         wants_noise = noise is not None and not single
-        out = self._engine.run(log.stamp, code, log.value, wanted, late, single, wants_noise)
+        factor = log_factors(log, self.sensors)
+        out = self._engine.run(
+            log.stamp, code, log.value, factor, wanted, late, single, wants_noise
+        )
         ended, made = out.pop("ended"), out.pop("estimates")
         check_ended(ended, wanted, made)
         most = max(len(names) for names in self.mode_names)
@@ -171,13 +174,16 @@ class RobustFilter(Stream):
             sensor_names=tuple(s.name for s in self.sensors), mode_names=self.mode_names, log=log,
         )  # fmt: skip
 
-    def push(self, time: float, sensor: str, value: float) -> Status:
+    def push(
+        self, time: float, sensor: str, value: float, sigma: float | None = None
+    ) -> Status:
         """Takes one measurement, as ``DesyncFilter.push`` does."""
         index = next((i for i, s in enumerate(self.sensors) if s.name == sensor), -1)
         number = isinstance(time, (int, float, np.number)) and not isinstance(time, bool)
         inside = number and abs(time) <= _core.MAX_SECONDS
         stamp = to_nanoseconds(float(time)) if inside else NO_TIME
-        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes))
+        factor = factor_of(sigma, self.sensors, index)
+        status = Status(self._engine.push(stamp, index, float_or_nan(value), self._pushes, factor))
         self._pushes += 1
         return status
 

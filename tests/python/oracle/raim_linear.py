@@ -39,6 +39,12 @@ def pseudo_inverse(A: Array) -> Array:
     return np.asarray(np.linalg.pinv(A, rcond=SINGULAR)) if A.size else A.T.copy()
 
 
+def unit(A: Array) -> Array:
+    """Columns of length one, or zero: their space is the same, their units do not cost digits."""
+    length = np.linalg.norm(A, axis=0)
+    return np.asarray(A / np.where(length > 0.0, length, 1.0))
+
+
 @dataclass(frozen=True)
 class Linear:
     """The test of M theta (all of R^n where M is None) beside H X."""
@@ -54,21 +60,21 @@ class Linear:
     @property
     def P(self) -> Array:
         """P_H of the whitened H, (n, n)."""
-        H = self.root @ self.H
+        H = unit(self.root @ self.H)
         return np.eye(len(H)) - H @ pseudo_inverse(H)
 
     @property
     def seen(self) -> Array:
-        """P_H M of the whitened M, (n, p), without the rounding that is left of a column of H."""
-        M = self.root if self.M is None else self.root @ self.M
-        PM = self.P @ M
-        PM[:, np.linalg.norm(PM, axis=0) < SINGULAR * np.linalg.norm(M, axis=0)] = 0.0
+        """P_H M of the whitened M, (n, p), without the rounding that is left of a column of H. The
+        columns of M are of length one; (4) does not change with theta's units."""
+        PM = self.P @ unit(self.root if self.M is None else self.root @ self.M)
+        PM[:, np.linalg.norm(PM, axis=0) < SINGULAR] = 0.0
         return PM
 
     @property
     def rank(self) -> int:
         """q of the paper."""
-        return rank(self.root @ self.H)
+        return rank(unit(self.root @ self.H))
 
     @property
     def degrees(self) -> int:

@@ -47,7 +47,7 @@ def critical_shift(half: float, sigma: float, demand: Demand) -> float:
         return 0.0
 
     def excess(shift: float) -> float:
-        return float(np.log(outside(half, shift, sigma) / allowed))
+        return float(np.log(max(outside(half, shift, sigma), 1e-250) / allowed))
 
     return float(brentq(excess, 0.0, half + 40.0 * sigma, xtol=1e-13 * sigma, rtol=1e-14))
 
@@ -72,11 +72,13 @@ def noncentralities(s: Solution, sigma: Array, bias: Array) -> Array:
 
 
 def missed(noncentrality: Array, loss: float, degrees: int, false_alarm: float) -> Array:
-    """P(no alarm) where the error of linearisation hides ``loss`` of the root of lambda, (n,)."""
+    """P(no alarm) where the error of linearisation hides ``loss`` of the root of lambda, (n,). Less
+    than Q(root lambda - root h), for one component is enough; below Q(14) = 1e-44 it is zero."""
     out = np.zeros(len(noncentrality))
+    most = float(np.sqrt(float(distributions.threshold(false_alarm, degrees)))) + 14.0
     for i, lam in enumerate(noncentrality):
-        if np.isfinite(lam):
-            root = max(np.sqrt(lam) - loss, 0.0)
+        root = max(np.sqrt(lam) - loss, 0.0)
+        if root < most:
             out[i] = float(distributions.missed(root**2, degrees, false_alarm))
     return out
 

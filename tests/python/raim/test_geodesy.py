@@ -68,7 +68,7 @@ def test_vectorised() -> None:
 def test_refused() -> None:
     with pytest.raises(sf.ConfigError, match=r"lat_deg: .*90\.5"):
         sf.raim.geodetic_to_ecef(90.5, 0.0, 0.0)
-    with pytest.raises(sf.SurefixError, match=r"x: .*\(2,\)"):
+    with pytest.raises(sf.SurefixError, match=r"position: .*\(2,\)"):
         sf.raim.ecef_to_geodetic(np.zeros(2))
     with pytest.raises(sf.SurefixError, match="lat_deg: "):
         wrongly.raim.geodetic_to_ecef("north", 0.0, 0.0)

@@ -143,7 +143,9 @@ def test_nothing_is_taken_out_if_nothing_may_be() -> None:
     assert (result.excluded_count == 0).all()
     assert set(result.declared.tolist()) <= {"ok", "alarm"}
     assert (result.declared == "alarm").sum() >= 15
-    one = monitor(s.track, replace(DEMAND, max_excluded=1)).run(CASES["two, straight"][0].pseudoranges)
+    one = monitor(s.track, replace(DEMAND, max_excluded=1)).run(
+        CASES["two, straight"][0].pseudoranges
+    )
     assert one.excluded_count.max() <= 1
 
 

@@ -22,6 +22,7 @@ struct Record {
   Time valid;           ///< [ns]
   std::int64_t id;      ///< of the measurement
   std::int32_t sensor;  ///< index in the system
+  double factor;        ///< of its standard deviation
   Linearisation at;     ///< where its row was linearised
   Innovation<typename System::Belief> innovation;
 };

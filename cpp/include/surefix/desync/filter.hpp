@@ -32,12 +32,13 @@ class Filter {
   }
 
   /// Takes a measurement of `sensor` with its time stamp [ns]: in any order, as long as it was
-  /// valid after the last estimate. `id` is the caller's and comes back with its noise estimate.
-  [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value,
-                            std::int64_t id) noexcept {
+  /// valid after the last estimate. `id` is the caller's and comes back with its noise estimate;
+  /// `factor`: of the sensor's standard deviation, of a reading that says how good it is.
+  [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+                            double factor = 1.0) noexcept {
     const Intake intake{started_, state_.oldest, std::numeric_limits<double>::max()};
     Measurement m;
-    Status status = admit(system_, intake, stamp, sensor, value, id, m);
+    Status status = admit(system_, intake, stamp, sensor, value, id, m, factor);
     if (status == Status::ok) status = buffer_.push(m);
     counters_.count(status);
     return status;
@@ -122,7 +123,8 @@ class Filter {
     if (m.sensor < 0 || m.sensor >= system_.sensor_count()) return Status::unknown_sensor;
     const Time latency = system_.sensor(m.sensor).latency;
     const bool timed = -max_time - latency <= m.valid && m.valid <= max_time - latency;
-    if (!std::isfinite(m.value) || !timed) return Status::not_finite;
+    const bool good = smallest_factor <= m.factor && m.factor <= largest_factor;
+    if (!std::isfinite(m.value) || !timed || !good) return Status::not_finite;
     return started && m.valid < state.oldest ? Status::too_late : Status::ok;
   }
 

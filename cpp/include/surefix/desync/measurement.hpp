@@ -13,7 +13,11 @@ struct Measurement {
   double value;         ///< [unit of the sensor]
   std::int64_t id;      ///< the user's: row of a log, number of a push
   std::int32_t sensor;  ///< index in the system
+  double factor = 1.0;  ///< its standard deviation, in units of the sensor's sigma
 };
+
+/// A reading may say how good it is: by a factor of its sensor's standard deviation in this range.
+inline constexpr double smallest_factor = 1e-6, largest_factor = 1e6;
 
 /// The order in which measurements are used: by validity, ties by sensor, then by value, so that
 /// the result does not depend on the order of arrival, to the last bit.

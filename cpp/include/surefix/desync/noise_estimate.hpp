@@ -21,7 +21,7 @@ void estimate_noise(const System& system, const Record<System>* records, std::si
                     Store&& store) noexcept {
   backward_sweep(
       system, records, count, [&](std::size_t i, const Record<System>& record, const Whitened& w) {
-        const double sigma = system.sensor(record.sensor).sigma;
+        const double sigma = record.factor * system.sensor(record.sensor).sigma;
         const double variance = sigma * sigma;  // Υ_i
         store(i, NoiseEstimate{record.id, variance * w.value, variance * variance * w.precision});
       });

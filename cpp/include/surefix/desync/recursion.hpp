@@ -67,7 +67,7 @@ template <class System>
   const Status moved = move(system, belief, state.time, m.valid);
   if (moved != Status::ok) return moved;
   const Reading reading = system.read(m.sensor, belief.x);
-  const double sigma = system.sensor(m.sensor).sigma;
+  const double sigma = m.factor * system.sensor(m.sensor).sigma;
   const double innovation = m.value - reading.predicted;
   const bool updated = system.with_row(
       m.sensor, reading.at, belief, [&](const auto& row, auto& value) SUREFIX_LAMBDA {
@@ -79,6 +79,7 @@ template <class System>
   record.valid = m.valid;
   record.id = m.id;
   record.sensor = m.sensor;
+  record.factor = m.factor;
   record.at = reading.at;
   assign(state.belief, belief);
   state.time = m.valid;

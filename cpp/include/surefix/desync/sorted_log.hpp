@@ -12,12 +12,14 @@
 
 namespace surefix::desync {
 
-/// A log in the order of its rows: `count` stamps [ns], sensors (index, −1 if unknown), values.
+/// A log in the order of its rows: `count` stamps [ns], sensors (index, −1 if unknown), values, and
+/// factors of the sensors' standard deviations, null if all are 1.
 struct LogView {
   const Time* stamp;
   const std::int32_t* sensor;
   const double* value;
   std::size_t count;
+  const double* factor = nullptr;
 };
 
 /// Stamp of a row whose time was NaN, infinite or out of range.
@@ -87,6 +89,8 @@ class SortedLog {
       unknown |= sensor | (last_sensor - sensor);
     }
     if ((wrong & sign) != 0 || unknown >> 31 != 0) return false;
+    for (std::size_t i = 0; log_.factor != nullptr && i < log_.count; ++i)
+      if (!good(log_.factor[i])) return false;
     for (std::size_t i = 1; i < log_.count; ++i)
       wrong |= static_cast<Bits>(row(i).valid - row(i - 1).valid - 1);
     return (wrong & sign) == 0;
@@ -95,12 +99,18 @@ class SortedLog {
     const std::int32_t s = log_.sensor[i];
     if (s < 0 || static_cast<std::size_t>(s) >= latency_.size()) return Status::unknown_sensor;
     const bool finite = std::abs(log_.value[i]) <= largest_ && in_range(log_.stamp[i]);
-    return finite ? Status::ok : Status::not_finite;
+    return finite && good(factor(i)) ? Status::ok : Status::not_finite;
   }
   [[nodiscard]] Measurement row(std::size_t i) const noexcept {
     const std::int32_t s = log_.sensor[i];
     return {log_.stamp[i] - latency_[static_cast<std::size_t>(s)], log_.value[i],
-            static_cast<std::int64_t>(i), s};
+            static_cast<std::int64_t>(i), s, factor(i)};
+  }
+  [[nodiscard]] double factor(std::size_t i) const noexcept {
+    return log_.factor == nullptr ? 1.0 : log_.factor[i];
+  }
+  [[nodiscard]] static bool good(double factor) noexcept {
+    return smallest_factor <= factor && factor <= largest_factor;
   }
   void sort(Status* status) {
     for (std::size_t i = 0; i < log_.count; ++i)

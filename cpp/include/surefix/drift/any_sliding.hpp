@@ -23,8 +23,8 @@ class AnySliding {
                                                         std::size_t capacity, std::size_t window);
   [[nodiscard]] virtual ConfigStatus add(const Profile& profile, const Direction& direction,
                                          double false_alarm) noexcept = 0;
-  [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value,
-                                    std::int64_t id) noexcept = 0;
+  [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+                                    double factor) noexcept = 0;
   /// Ends the step; its measurements enter the window.
   [[nodiscard]] virtual Status estimate(Time time, desync::StepError& error) noexcept = 0;
   [[nodiscard]] virtual AnySystem::Belief belief() const noexcept = 0;

@@ -39,7 +39,7 @@ void pass_log(const System& system, const typename System::Belief& belief,
     const Time elapsed = record.size() > 0 ? m.valid - before : 0;
     typename System::Transition transition;
     if (elapsed > 0 && system.transition(elapsed, transition) == Status::ok) dense(transition, F);
-    const double sigma = system.sensor(m.sensor).sigma;
+    const double sigma = m.factor * system.sensor(m.sensor).sigma;
     record.add(passed.innovation, system.row(m.sensor, passed.at), sigma * sigma, F,
                seconds(elapsed), m.sensor, m.id);
     innovations[record.size() - 1] = passed.innovation.value;

@@ -80,7 +80,7 @@ class SlidingDetector {
     typename Belief::Matrix F = Belief::Matrix::Zero(system_.state_size(), system_.state_size());
     typename System::Transition transition;
     if (elapsed > 0 && system_.transition(elapsed, transition) == Status::ok) dense(transition, F);
-    const double sigma = system_.sensor(passed.sensor).sigma;
+    const double sigma = passed.factor * system_.sensor(passed.sensor).sigma;
     record_.add(passed.innovation, system_.row(passed.sensor, passed.at), sigma * sigma, F,
                 seconds(elapsed), passed.sensor, passed.valid);
   }

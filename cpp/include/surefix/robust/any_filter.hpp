@@ -49,8 +49,8 @@ class AnyFilter {
                                                        std::optional<Time> start,
                                                        std::size_t capacity, ConfigStatus& status);
 
-  [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value,
-                                    std::int64_t id) noexcept = 0;
+  [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+                                    double factor) noexcept = 0;
   [[nodiscard]] virtual Status estimate(Time time, RobustEstimate& out) noexcept = 0;
   [[nodiscard]] virtual const Counters& counters() const noexcept = 0;
   [[nodiscard]] virtual double log_likelihood() const noexcept = 0;

@@ -46,11 +46,11 @@ class Filter {
 
   /// Takes a measurement of `sensor` with its time stamp [ns]: in any order, as long as it was
   /// valid after the last estimate.
-  [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value,
-                            std::int64_t id) noexcept {
+  [[nodiscard]] Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
+                            double factor = 1.0) noexcept {
     const desync::Intake intake{started_, oldest_, largest_value};
     Measurement m;
-    Status status = admit(recursion_.system().base(), intake, stamp, sensor, value, id, m);
+    Status status = admit(recursion_.system().base(), intake, stamp, sensor, value, id, m, factor);
     if (status == Status::ok) status = buffer_.push(m);
     counters_.count(status);
     return status;

@@ -115,9 +115,12 @@ class HypothesisPack {
     auto reading = system.read(m.sensor, belief_.x);
     Lane innovation = m.value - reading.predicted;
     Innovation<Belief> out;
+    Lane variance = variance_[s];
+    if (m.factor != 1.0)  // of what is not removed
+      variance *= used_[s] * (m.factor * m.factor) + (1.0 - used_[s]);
     const auto try_update = [&] {
       return system.with_row(m.sensor, reading.at, [&](const auto& row) SUREFIX_LAMBDA {
-        return update(belief_, row, variance_[s], innovation, out);
+        return update(belief_, row, variance, innovation, out);
       });
     };
     if (!try_update()) {

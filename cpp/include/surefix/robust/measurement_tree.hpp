@@ -54,7 +54,7 @@ class MeasurementTree {
   template <class Leg>
   [[nodiscard]] bool grow(const System& system, const Leg& leg, const desync::Measurement& m,
                           int bit, const OutlierPrior& prior) noexcept {
-    const double sigma = system.sensor(m.sensor).sigma, variance = sigma * sigma;
+    const double sigma = m.factor * system.sensor(m.sensor).sigma, variance = sigma * sigma;
     const bool outliers = prior.log_outlier > -std::numeric_limits<double>::infinity();
     if (outliers && 2 * padded() > faults_.size()) keep({}, faults_.size() / 2);
     // What went before may have been right about this one, whatever the others say of it.

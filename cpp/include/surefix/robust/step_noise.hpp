@@ -68,10 +68,11 @@ class StepNoise {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     auto adjoint = desync::Adjoint<Belief>::zero(system.state_size());
     for (std::size_t i = plan.count(); i-- > 0;) {
+      const double factor = plan.measurement(i).factor;
       const int sensor = plan.measurement(i).sensor, mode = table.mode(h, sensor);
       values_[i] = {none, none};
       if (!system.modes(sensor)[mode].removes_rows()) {
-        const double variance = system.variance(sensor, mode);
+        const double variance = factor * factor * system.variance(sensor, mode);
         const desync::Whitened w =
             system.with_row(sensor, records_[i].at, [&](const auto& row) SUREFIX_LAMBDA {
               return desync::sweep_back(adjoint, row, records_[i].innovation);

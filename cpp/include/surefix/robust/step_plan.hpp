@@ -89,7 +89,7 @@ class StepPlan {
   void add_densities(const FaultSystem& system, const Measurement& m) noexcept {
     constexpr double half_log_2pi = 0.91893853320467274178;
     const SensorModes& modes = system.modes(m.sensor);
-    const double sigma = system.base().sensor(m.sensor).sigma;
+    const double sigma = m.factor * system.base().sensor(m.sensor).sigma;
     LastValue& last = last_[static_cast<std::size_t>(m.sensor)];
     for (int mode = 0; mode < modes.count(); ++mode) {
       const FaultMode& fault = modes[mode];

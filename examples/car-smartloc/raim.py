@@ -1,0 +1,352 @@
+"""Reflections in a street canyon through the track monitor and the robust filter (car-smartloc).
+
+``python examples/car-smartloc/raim.py [../shared/data/car-smartloc] --out DIR`` takes the car's
+true path for a known track, fits a noise model to the first half of the drive, and judges limits
+claimed at risks of 1e-2 to 1e-9: without a monitor, with detection, with exclusion, and with an
+outlier hypothesis for every satellite (RobustFilter). It prints a table (``--first`` for the half
+that was fitted), and writes figures.json and figure.png into DIR. What it shows:
+docs/recordings-raim.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.stats import norm
+
+import surefix as sf
+from surefix import raim, tables
+from surefix.plots import style
+from surefix.raim.availability import sagnac
+
+Array = npt.NDArray[np.float64]
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "car-smartloc"
+RISKS = (1e-2, 1e-3, 1e-5, 1e-7, 1e-9)
+APART, TOLERANCE = 2.0, 1.0  # m, between points of the track; from them to the track
+# The car comes back through the street it went out by: the halves of the drive are two tracks, or
+# a snapshot could not tell which way it goes. Mileage [m] where they meet, and how far they overlap
+MEET, OVERLAP = 780.0, 100.0
+LENGTH, ALERT = 100.0, 50.0  # m, L, and the half-width that would still be of use
+FALSE_ALARM, FAULTY = 1e-3, 1e-4
+BINS = np.array([20.0, 25.0, 30.0, 33.0, 36.0, 39.0, 42.0, 45.0, 48.0, 54.0])  # dBHz
+QUANTILES = {"fitted": (0.68,), "bounding": (0.68, 0.95, 0.99)}
+NOISES = ("stated", *QUANTILES)
+OUTLIER, SPAN = 3.0, 400.0  # sigmas; m, over which an outlier may be anywhere
+KINDS = (("detection", 0, FAULTY), ("exclusion of 1", 1, FAULTY), ("exclusion of 2", 2, FAULTY),
+         ("exclusion of 4", 4, FAULTY))  # fmt: skip
+SATELLITES, BEAM = 10, 1024  # of the robust filter: the best ones, so that no hypothesis is cut off
+EVERY = 5  # of the epochs, so about 1 Hz
+WIDE = (300.0, 1000.0, 1000.0)  # m, prior deviation of the position, and of the clocks always
+WHEEL = 0.1  # m/s
+
+
+@dataclass(frozen=True)
+class Drive:
+    data: raim.Pseudoranges
+    along: Array  # (T,) true mileage [m]
+    legs: tuple[raim.Track, raim.Track]
+    back: npt.NDArray[np.bool_]  # (T,) on the second leg
+    cn0: Array  # (N,) [dBHz]
+    stated: Array  # (N,) [m]
+    residual: Array  # (N,) [m] of the true position, clocks removed
+    speed: Array  # (T,) [m/s]
+
+
+def read(folder: Path) -> Drive:
+    truth = np.genfromtxt(folder / "truth.csv", delimiter=",", names=True)
+    rows = np.genfromtxt(folder / "pseudoranges.csv", delimiter=",", names=True)
+    wheels = np.genfromtxt(folder / "odometry.csv", delimiter=",", names=True)
+    data = raim.read_pseudoranges(folder / "pseudoranges.csv").with_sigma(
+        np.sqrt(rows["pr_var_m2"])
+    )
+    place = np.column_stack([truth[f"ecef_{axis}_m"] for axis in "xyz"])
+    kept = [0]
+    for k, mileage in enumerate(truth["s_m"]):
+        if mileage - truth["s_m"][kept[-1]] >= APART:
+            kept.append(k)
+    along = truth["s_m"]
+    points, at = place[kept], along[kept]
+    turn = int(np.searchsorted(at, MEET))
+    first = raim.Track(points[at < MEET + OVERLAP], tolerance=TOLERANCE)
+    start = float(first.project(points[turn - int(OVERLAP / APART)]).along)
+    second = raim.Track(points[turn - int(OVERLAP / APART) :], tolerance=TOLERANCE, start=start)
+    back = along >= MEET
+    mileage = np.where(back, second.project(place).along, first.project(place).along)
+    off = ranges(data, place[data.epoch])
+    residual = without_clocks(data, data.pseudorange - off, rows["cn0_dbhz"])
+    return Drive(data, mileage, (first, second), back, rows["cn0_dbhz"], data.sigma, residual,
+                 wheels["speed_mps"])  # fmt: skip
+
+
+def ranges(data: raim.Pseudoranges, place: Array) -> Array:
+    """(N,) [m] from places (N, 3), with the Earth's rotation."""
+    return np.asarray(np.linalg.norm(data.position - place, axis=1) + sagnac(place, data.position))
+
+
+def without_clocks(data: raim.Pseudoranges, off: Array, cn0: Array) -> Array:
+    """Less the median of each epoch and system, weighted by the signal's power."""
+    out, power = off.copy(), 10 ** (cn0 / 10)
+    for begin, end in zip(data.begin[:-1], data.begin[1:], strict=True):
+        for code in range(len(data.system_names)):
+            k = begin + np.flatnonzero(data.system_code[begin:end] == code)
+            if len(k):
+                order = k[np.argsort(off[k])]
+                total = np.cumsum(power[order])
+                out[k] -= off[order[np.searchsorted(total, total[-1] / 2)]]
+    return out
+
+
+def noise_models(drive: Drive) -> dict[str, Array]:
+    """σ (N,) [m] by name: as stated; or, at least that, by C/N0: log σ linear in it, fitted to what
+    covers the quantiles of the residuals in each bin of the first half, 'bounding' nowhere less."""
+    fitted = ~drive.back[drive.data.epoch]
+    size, cn0 = np.abs(drive.residual), drive.cn0
+    out = {"stated": drive.stated}
+    for name, quantiles in QUANTILES.items():
+        middle, spread = [], []
+        for low, high in zip(BINS[:-1], BINS[1:], strict=True):
+            inside = size[fitted & (low <= cn0) & (cn0 < high)]
+            middle.append((low + high) / 2)
+            spread.append(max(np.quantile(inside, q) / norm.ppf(0.5 + q / 2) for q in quantiles))
+        slope, level = np.polyfit(middle, np.log(spread), 1)
+        if name == "bounding":
+            level = np.max(np.log(spread) - slope * np.array(middle))
+        out[name] = np.maximum(np.exp(level + slope * cn0), drive.stated)
+    return out
+
+
+def outliers(drive: Drive, sigma: Array) -> float:
+    """Share of the residuals of the first half beyond ``OUTLIER`` σ."""
+    fitted = ~drive.back[drive.data.epoch]
+    return float(np.mean(np.abs(drive.residual[fitted]) > OUTLIER * sigma[fitted]))
+
+
+Epochs = list[tuple[int, raim.Pseudoranges]]
+
+
+def alone(drive: Drive, sigma: Array) -> Epochs:
+    """One epoch in ``EVERY``, each by itself, so that each is searched for along the whole leg."""
+    data, out = drive.data, []
+    for epoch in range(0, data.epochs, EVERY):
+        rows = slice(int(data.begin[epoch]), int(data.begin[epoch + 1]))
+        out.append((epoch, raim.Pseudoranges(
+            data.time[rows], data.satellite[rows], data.position[rows], data.pseudorange[rows],
+            sigma[rows], data.system[rows],
+        )))  # fmt: skip
+    return out
+
+
+def monitor(drive: Drive, epochs: Epochs, **options: Any) -> dict[str, Array]:
+    """Columns (T,) of the results, NaN but at ``epochs``; 'half': the protection level where the
+    position may be used."""
+    judges = [
+        raim.TrackRaim(leg, length=LENGTH, false_alarm=FALSE_ALARM, earth_rotation=True, **options)
+        for leg in drive.legs
+    ]
+    out = {name: np.full(len(drive.along), np.nan) for name in ("along", "sigma", "half", "alarm")}
+    for epoch, data in epochs:
+        found = judges[int(drive.back[epoch])].run(data)
+        out["along"][epoch], out["sigma"][epoch] = found.along[0], found.sigma[0]
+        out["alarm"][epoch] = found.alarm[0]
+        if found.usable[0]:
+            out["half"][epoch] = found.protection[0]
+    return out
+
+
+Limits = tuple[Array, Array]
+"""Lower and upper (T,), NaN or infinite where none is claimed."""
+
+
+def monitored(drive: Drive, sigma: Array) -> Iterator[tuple[str, float, Limits]]:
+    """Limits by the monitor's kind and the risk."""
+    epochs, often = alone(drive, sigma), outliers(drive, sigma)
+    plain = monitor(drive, epochs, max_excluded=0)
+    for risk in RISKS:
+        half = -norm.ppf(risk / 2) * plain["sigma"]
+        yield "no monitor", risk, (plain["along"] - half, plain["along"] + half)
+        for kind, most, faulty in (*KINDS, ("exclusion of 2, p_f measured", 2, often)):
+            found = monitor(drive, epochs, risk=risk, fault_probability=faulty, max_excluded=most)
+            low, high = found["along"] - found["half"], found["along"] + found["half"]
+            yield kind, risk, (low, high)
+
+
+def mixture(
+    drive: Drive, sigma: Array, epoch: int, at: float, prior: tuple[float, float], p: float,
+    beam: int,
+) -> tuple[dict[str, Any], sf.RobustEstimate]:  # fmt: skip
+    """Of an outlier or none for each of the best satellites, linearised at mileage ``at``; along
+    the track a Gaussian prior (mean, deviation)."""
+    data = drive.data
+    rows = np.arange(data.begin[epoch], data.begin[epoch + 1])
+    rows = np.sort(rows[np.argsort(sigma[rows], kind="stable")[:SATELLITES]])
+    leg = drive.legs[int(drive.back[epoch])]
+    place = leg.position(at)
+    to = data.position[rows] - place
+    distance = np.linalg.norm(to, axis=1)
+    slope = -(to @ leg.tangent(at)) / distance
+    turned = distance + sagnac(np.tile(place, (len(rows), 1)), data.position[rows])
+    z = data.pseudorange[rows] - turned
+    of = data.system_code[rows][:, None] == np.arange(2)
+    for column in of.T:
+        if column.any():
+            z[column] -= np.median(z[column])
+    outage = sf.Outage(probability=p, span=SPAN)
+    sensors = [
+        sf.Sensor(f"{k}", sigma[row], observes=(slope[k], *of[k].astype(float)), faults=(outage,))
+        for k, row in enumerate(rows)
+    ]
+    still = sf.LinearModel(np.zeros((3, 3)), np.zeros((3, 1)), [[0.0]], ("along", "gps", "glonass"))
+    mean, deviation = prior
+    filtered = sf.RobustFilter(
+        still, sensors, [mean - at, 0.0, 0.0], np.diag([deviation**2, WIDE[1] ** 2, WIDE[2] ** 2]),
+        start=0.0, risk=min(RISKS), hypotheses="measurement", beam=beam,
+    )  # fmt: skip
+    for k, value in enumerate(z):
+        filtered.push(0.0, f"{k}", value)
+    estimate = filtered.estimate(0.0)
+    return filtered.mixture(), estimate
+
+
+def robust(drive: Drive, sigma: Array, guess: Array, carried: bool) -> dict[float, Limits]:
+    """Limits by risk, NaN but at one epoch in ``EVERY``. ``guess`` (T,): where to begin to
+    linearise. ``carried``: the prior is the last epoch's mixture, taken for a Gaussian and moved by
+    the wheel; else none to speak of."""
+    p, nothing = outliers(drive, sigma), np.full(len(guess), np.nan)
+    out = {risk: (nothing.copy(), nothing.copy()) for risk in RISKS}
+    time = drive.data.epoch_time
+    at, mean, deviation = float(drive.along[0]), float(drive.along[0]), WIDE[0]
+    for epoch in range(0, len(guess), EVERY):
+        if epoch:
+            since = slice(epoch - EVERY, epoch + 1)
+            way = float(np.trapezoid(drive.speed[since], time[since]))
+            at, mean = at + way, mean + way
+            deviation = float(np.hypot(deviation, WHEEL * (time[epoch] - time[epoch - EVERY])))
+        if not carried:
+            at = mean = float(guess[epoch]) if np.isfinite(guess[epoch]) else at
+            deviation = WIDE[0]
+        for beam in (256, 256, BEAM):
+            parts, estimate = mixture(drive, sigma, epoch, at, (mean, deviation), p, beam)
+            base, at = at, at + float(estimate.x[0])
+        weight = np.exp(parts["log_weight"] - parts["log_weight"].max())
+        weight, spread = weight / weight.sum(), np.sqrt(parts["P"][:, 0, 0])
+        for risk, (lower, upper) in out.items():
+            if (left := risk - estimate.discarded_mass) > 0:
+                low, high = sf.alert_limits(weight, parts["x"][:, 0], spread, left)
+                lower[epoch], upper[epoch] = base + low, base + high
+        mean, deviation = at, float(np.sqrt(estimate.P[0, 0]))
+    return out
+
+
+def judged(drive: Drive, limits: Limits, half: npt.NDArray[np.bool_]) -> dict[str, Any]:
+    """Of one epoch in ``EVERY`` of a half (T,): the share with limits, with limits that are of use,
+    and, of those with limits, the median half-width [m], the share that is misleading, and in how
+    many stretches without a break."""
+    chosen = np.flatnonzero(half & (np.arange(len(half)) % EVERY == 0))
+    low, high, true = limits[0][chosen], limits[1][chosen], drive.along[chosen]
+    there = np.isfinite(low) & np.isfinite(high)
+    wrong = there & ((true < low) | (true > high))
+    wide = (high - low)[there] / 2
+    return {
+        "epochs": len(chosen), "limits": float(there.mean()),
+        "useful": float(np.sum(wide <= ALERT) / len(chosen)),
+        "half_width": float(np.median(wide)) if len(wide) else None,
+        "misleading": float(wrong.sum() / there.sum()) if len(wide) else None,
+        "stretches": int(np.sum(np.diff(wrong.astype(int), prepend=0) > 0)),
+    }  # fmt: skip
+
+
+def claims(drive: Drive, sigma: Array) -> Iterator[tuple[str, float, Limits]]:
+    """Of all kinds of limits and all risks."""
+    yield from monitored(drive, sigma)
+    guess = monitor(drive, alone(drive, sigma), max_excluded=4)["along"]
+    for kind, carried in (("hypotheses, snapshot", False), ("hypotheses, carried", True)):
+        for risk, limits in robust(drive, sigma, guess, carried).items():
+            yield kind, risk, limits
+
+
+def analyse(drive: Drive) -> tuple[dict[str, Any], dict[tuple[str, str, float], Limits]]:
+    """All figures, and all limits by noise, kind and risk."""
+    models, every = noise_models(drive), {}
+    figures: dict[str, Any] = {"track_error": max(leg.error for leg in drive.legs), "noise": [],
+                               "claims": []}  # fmt: skip
+    for noise, sigma in models.items():
+        errors = monitor(drive, alone(drive, sigma), max_excluded=4)
+        kept = np.isfinite(errors["along"])
+        figures["noise"].append({
+            "noise": noise, "outliers": outliers(drive, sigma),
+            **{f"sigma_at_{c}": float(np.median(sigma[drive.cn0.round() == c])) for c in (30, 40, 50)},
+            "alarms": float(np.mean(errors["alarm"][kept])),
+            "diverged": 1 - float(np.mean(kept[::EVERY])),
+        })  # fmt: skip
+        for kind, risk, limits in claims(drive, sigma):
+            every[noise, kind, risk] = limits
+            for name, half in (("first", ~drive.back), ("second", drive.back)):
+                row = judged(drive, limits, half)
+                figures["claims"].append(
+                    {"noise": noise, "kind": kind, "risk": risk, "half": name, **row}
+                )
+    return figures, every
+
+
+def draw(drive: Drive, every: dict[tuple[str, str, float], Limits], path: Path) -> None:
+    """Limits around the true position, at a risk of 1e-5."""
+    kinds = ("no monitor", "exclusion of 2", "hypotheses, snapshot")
+    figure = style.new_figure(12.0, 7.5)
+    grid = figure.subplots(len(kinds), len(NOISES), sharex=True, sharey=True)
+    chosen = np.arange(0, len(drive.along), EVERY)
+    time, true = drive.data.epoch_time[chosen], drive.along[chosen]
+    for axes, kind in zip(grid, kinds, strict=True):
+        for where, noise in zip(axes, NOISES, strict=True):
+            low, high = (bound[chosen] - true for bound in every[noise, kind, 1e-5])
+            wrong = (low > 0) | (high < 0)
+            where.vlines(time, low, high, color=style.PALETTE[0], lw=1.2, alpha=0.5)
+            where.vlines(time[wrong], low[wrong], high[wrong], color=style.ALARM, lw=1.6)
+            where.axhline(0, color=style.ESTIMATE, lw=0.8)
+            where.axvline(
+                float(drive.data.epoch_time[drive.back][0]), color=style.REFERENCE, lw=0.8
+            )
+            where.set(ylim=(-150, 150))
+            where.set_title(f"{kind}, {noise} noise", fontsize=10)
+            style.clean(where)
+    for where in grid[:, 0]:
+        where.set_ylabel("limits less truth [m]")
+    for where in grid[-1]:
+        where.set_xlabel("time [s]")
+    figure.savefig(path, dpi=100)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the tables and write the figures."""
+    parser = argparse.ArgumentParser(description="Track monitor on car-smartloc.")
+    parser.add_argument("data", type=Path, nargs="?", default=DATA, help="folder of the recording")
+    parser.add_argument("--out", type=Path, default=Path("/tmp/car-smartloc"), help="to write to")
+    parser.add_argument("--first", action="store_true", help="print the fitted half")
+    given = parser.parse_args(arguments)
+    drive = read(given.data)
+    figures, every = analyse(drive)
+    given.out.mkdir(parents=True, exist_ok=True)
+    (given.out / "figures.json").write_text(tables.as_json(figures, 2) + "\n", encoding="utf-8")
+    draw(drive, every, given.out / "figure.png")
+    for row in figures["noise"]:
+        print(", ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}"
+                        for k, v in row.items()))  # fmt: skip
+    half = "first" if given.first else "second"
+    print(f"{half} half:\n{'noise':9s}{'kind':30s}{'risk':>7s}{'limits':>8s}{'useful':>8s}"
+          f"{'half-width':>12s}{'misleading':>12s}{'stretches':>11s}")  # fmt: skip
+    for r in (row for row in figures["claims"] if row["half"] == half):
+        width, wrong = (
+            (f"{r['half_width']:.1f}", f"{r['misleading']:.4f}") if r["limits"] else 2 * ("-",)
+        )
+        print(f"{r['noise']:9s}{r['kind']:30s}{r['risk']:7.0e}{r['limits']:8.3f}{r['useful']:8.3f}"
+              f"{width:>12s}{wrong:>12s}{r['stretches']:11d}")  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
