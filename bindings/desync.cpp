@@ -143,6 +143,7 @@ py::dict update(const CompositeStep& step, const Array& x, const Array& P, const
 }  // namespace
 
 void bind_desync(py::module_& module) {
+  module.attr("SIGMA_FACTORS") = py::make_tuple(smallest_factor, largest_factor);
   py::class_<AnyFilter>(module, "FilterEngine")
       .def(py::init([](const AnySystem& system, const Array& x, const Array& P,
                        std::optional<Time> start, std::size_t capacity) {

@@ -11,6 +11,7 @@ docs/recordings-raim.md.
 from __future__ import annotations
 
 import argparse
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,10 +19,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import norm
 
 import surefix as sf
 from surefix import raim, tables
+from surefix.core.distributions import two_sided_quantile
 from surefix.plots import style
 from surefix.raim.availability import sagnac
 
@@ -35,12 +36,14 @@ APART, TOLERANCE = 2.0, 1.0  # m, between points of the track; from them to the 
 MEET, OVERLAP = 780.0, 100.0
 LENGTH, ALERT = 100.0, 50.0  # m, L, and the half-width that would still be of use
 FALSE_ALARM, FAULTY = 1e-3, 1e-4
+OTHER = 5.0  # m, between two minima of the residual along the track
 BINS = np.array([20.0, 25.0, 30.0, 33.0, 36.0, 39.0, 42.0, 45.0, 48.0, 54.0])  # dBHz
 QUANTILES = {"fitted": (0.68,), "bounding": (0.68, 0.95, 0.99)}
 NOISES = ("stated", *QUANTILES)
 OUTLIER, SPAN = 3.0, 400.0  # sigmas; m, over which an outlier may be anywhere
 KINDS = (("detection", 0, FAULTY), ("exclusion of 1", 1, FAULTY), ("exclusion of 2", 2, FAULTY),
          ("exclusion of 4", 4, FAULTY))  # fmt: skip
+MEASURED, KNOWN = "exclusion of 2, p_f measured", "exclusion of 2, begun at truth"
 SATELLITES, BEAM = 10, 1024  # of the robust filter: the best ones, so that no hypothesis is cut off
 EVERY = 5  # of the epochs, so about 1 Hz
 WIDE = (300.0, 1000.0, 1000.0)  # m, prior deviation of the position, and of the clocks always
@@ -111,10 +114,12 @@ def noise_models(drive: Drive) -> dict[str, Array]:
     out = {"stated": drive.stated}
     for name, quantiles in QUANTILES.items():
         middle, spread = [], []
-        for low, high in zip(BINS[:-1], BINS[1:], strict=True):
+        for low, high in itertools.pairwise(BINS):
             inside = size[fitted & (low <= cn0) & (cn0 < high)]
             middle.append((low + high) / 2)
-            spread.append(max(np.quantile(inside, q) / norm.ppf(0.5 + q / 2) for q in quantiles))
+            spread.append(
+                max(np.quantile(inside, q) / two_sided_quantile(1 - q) for q in quantiles)
+            )
         slope, level = np.polyfit(middle, np.log(spread), 1)
         if name == "bounding":
             level = np.max(np.log(spread) - slope * np.array(middle))
@@ -143,16 +148,17 @@ def alone(drive: Drive, sigma: Array) -> Epochs:
     return out
 
 
-def monitor(drive: Drive, epochs: Epochs, **options: Any) -> dict[str, Array]:
+def monitor(drive: Drive, epochs: Epochs, known: bool = False, **options: Any) -> dict[str, Array]:
     """Columns (T,) of the results, NaN but at ``epochs``; 'half': the protection level where the
-    position may be used."""
+    position may be used. ``known``: begins at the true position, or else with a search."""
     judges = [
         raim.TrackRaim(leg, length=LENGTH, false_alarm=FALSE_ALARM, earth_rotation=True, **options)
         for leg in drive.legs
     ]
     out = {name: np.full(len(drive.along), np.nan) for name in ("along", "sigma", "half", "alarm")}
     for epoch, data in epochs:
-        found = judges[int(drive.back[epoch])].run(data)
+        near = float(drive.along[epoch]) if known else None
+        found = judges[int(drive.back[epoch])].run(data, near=near)
         out["along"][epoch], out["sigma"][epoch] = found.along[0], found.sigma[0]
         out["alarm"][epoch] = found.alarm[0]
         if found.usable[0]:
@@ -169,7 +175,7 @@ def monitored(drive: Drive, sigma: Array) -> Iterator[tuple[str, float, Limits]]
     epochs, often = alone(drive, sigma), outliers(drive, sigma)
     plain = monitor(drive, epochs, max_excluded=0)
     for risk in RISKS:
-        half = -norm.ppf(risk / 2) * plain["sigma"]
+        half = two_sided_quantile(risk) * plain["sigma"]
         yield "no monitor", risk, (plain["along"] - half, plain["along"] + half)
         for kind, most, faulty in (*KINDS, ("exclusion of 2, p_f measured", 2, often)):
             found = monitor(drive, epochs, risk=risk, fault_probability=faulty, max_excluded=most)
@@ -279,11 +285,15 @@ def analyse(drive: Drive) -> tuple[dict[str, Any], dict[tuple[str, str, float], 
     for noise, sigma in models.items():
         errors = monitor(drive, alone(drive, sigma), max_excluded=4)
         kept = np.isfinite(errors["along"])
+        known = monitor(drive, alone(drive, sigma), True, max_excluded=0)["along"]
+        plain = monitor(drive, alone(drive, sigma), max_excluded=0)["along"]
         figures["noise"].append({
             "noise": noise, "outliers": outliers(drive, sigma),
-            **{f"sigma_at_{c}": float(np.median(sigma[drive.cn0.round() == c])) for c in (30, 40, 50)},
+            **{f"sigma_at_{power}": float(np.median(sigma[drive.cn0.round() == power]))
+               for power in (30, 40, 50)},
             "alarms": float(np.mean(errors["alarm"][kept])),
             "diverged": 1 - float(np.mean(kept[::EVERY])),
+            "other_minimum": float(np.mean(np.abs(known - plain)[kept] > OTHER)),
         })  # fmt: skip
         for kind, risk, limits in claims(drive, sigma):
             every[noise, kind, risk] = limits

@@ -15,6 +15,7 @@ MAX_SECONDS: float
 MAX_LATENCY: float
 MAX_MODEL_STATES: int
 MAX_SENSORS: int
+SIGMA_FACTORS: tuple[float, float]
 
 @overload
 def normal_two_sided(risk: float) -> float: ...

@@ -1,5 +1,5 @@
-"""Configuration of ``surefix raim``: a TOML file that says how pseudoranges and a track are read, and
-what the monitor is to hold.
+"""Configuration of ``surefix raim``: a TOML file that says how pseudoranges and a track are read,
+and what the monitor is to hold.
 
 Tables, all optional: ``[pseudoranges]``, ``[track]``, ``[monitor]``, ``[truth]`` and ``[[mask]]``.
 Every key that is not known or has the wrong type is a ConfigError that names the file and the key.

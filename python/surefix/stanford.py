@@ -14,8 +14,8 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 class Regions(NamedTuple):
-    """Of every epoch (T,) whether it is in a region; in none of them where the error or the level is
-    NaN. With |error| e, protection level PL and limit AL:
+    """Of every epoch (T,) whether it is in a region; in none of them where the error or the level
+    is NaN. With |error| e, protection level PL and limit AL:
 
     ``available``: e ≤ PL ≤ AL. ``misleading``: PL < e ≤ AL. ``hazardous``, misleading beyond the
     limit: PL ≤ AL < e. ``unavailable``: e ≤ PL, AL < PL. ``unavailable_misleading``: AL < PL < e.

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "raim/epochs.hpp"
 #include "robust/faults.hpp"
 #include "surefix/desync/any_filter.hpp"
 #include "surefix/drift/sliding_detector.hpp"
@@ -251,6 +252,21 @@ TEST_F(NoHeap, InStepsOfTheSwitchingFilters) {
             }),
             0);
   EXPECT_TRUE(ok);
+}
+
+TEST_F(NoHeap, InEpochsOfTheTrackMonitor) {
+  using namespace raim;
+  const Track track = raim::testing::arc();
+  MonitorSettings settings;
+  settings.max_excluded = 3;
+  const TrackRaim monitor(track, settings);
+  Random random(104);
+  auto satellites = raim::testing::epoch(track, 20.0, 14, 2, random);
+  satellites[3].pseudorange += 300.0;
+  satellites[5].pseudorange -= 200.0;
+  Verdict verdict;
+  EXPECT_EQ(allocations([&] { verdict = monitor.judge(satellites.data(), 14, Verdict::none); }), 0);
+  EXPECT_EQ(verdict.declared, Declared::excluded);
 }
 
 }  // namespace

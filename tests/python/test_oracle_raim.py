@@ -203,13 +203,11 @@ def test_critical_shift_has_its_probability() -> None:
 
 def test_protection_meets_its_budget() -> None:
     s = solve(epoch(), circle(500.0, 101), 1250.0)
-    demand = Demand(60.0, max_excluded=0)
-    level = protection.protection(s, 8, demand)
-    all_ = protection.every_without(s, 2)
-    T = protection.separation_thresholds(all_, demand.false_alarm)
-    left = protection.budget(8, demand)
-    assert left == pytest.approx(1e-7 - 56 * 1e-12, rel=1e-6)
-    assert protection.outside(level, s, all_, T, demand) == pytest.approx(left, rel=1e-9)
-    assert len(all_) == 8 + 28
+    asked = protection.Question(s, 8, Demand(60.0, max_excluded=0))
+    assert asked.budget == pytest.approx(1e-7 - 56 * 1e-12, rel=1e-6)
+    assert asked.risk(asked.answer) == pytest.approx(asked.budget, rel=1e-9)
+    assert len(asked.sets[0]) == 8 + 28
+    outcomes = [protection.budget(8, Demand(60.0), k) for k in (0, *[1] * 8, *[2] * 28)]
+    assert sum(outcomes) == pytest.approx(asked.budget, rel=1e-12)
     too_many = Demand(60.0, fault_probability=1e-2, max_excluded=0)
-    assert protection.protection(s, 8, too_many) == np.inf
+    assert protection.Question(s, 8, too_many).answer == np.inf

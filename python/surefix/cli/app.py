@@ -11,6 +11,7 @@ from surefix.cli.demo import demo
 from surefix.cli.drift import drift
 from surefix.cli.info import info
 from surefix.cli.inject import inject
+from surefix.cli.raim import raim
 from surefix.cli.run import run
 from surefix.cli.study import study
 from surefix.cli.validate import validate
@@ -24,7 +25,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, run, inject, drift, study, validate, info):
+for command in (demo, run, inject, drift, raim, study, validate, info):
     app.command()(command)
 
 

@@ -105,9 +105,20 @@ def waiting(
             which,
             checks.number("saved waiting value", reading),
             whole("waiting number", number, 0, pushes - 1),
-            checks.positive("saved waiting factor", factor),
+            _factor(factor),
         ))  # fmt: skip
     return tuple(list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [], [], [])
+
+
+def _factor(value: Any) -> float:
+    """Of a sensor's standard deviation, as the engine takes it."""
+    low, high = _core.SIGMA_FACTORS
+    factor = checks.number("saved waiting factor", value)
+    if not low <= factor <= high:
+        raise ConfigError(
+            f"saved waiting factor: expected a number from {low:g} to {high:g}, got {factor:g}"
+        )
+    return factor
 
 
 def whole(name: str, value: Any, smallest: int, largest: int) -> int:

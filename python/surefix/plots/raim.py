@@ -41,7 +41,7 @@ def draw_raim(
     panels.draw_levels(axes[1], view)
     panels.draw_statistic(axes[2], view)
     panels.draw_satellites(axes[3], view)
-    panels.shade(axes, view)
+    panels.shade(axes[:-1], view)
     start, end = view.edges
     axes[0].set_xlim(start[0], end[-1])
     axes[-1].set_xlabel("time (s)")
@@ -49,7 +49,7 @@ def draw_raim(
         style.clean(where)
     axes[1].legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=9,
-        borderaxespad=0.1, handlelength=1.6, columnspacing=1.4,
+        borderaxespad=0.1, handlelength=1.6, columnspacing=1.4, markerscale=1.6,
     )  # fmt: skip
     style.legend_above(figure, axes[0], None if title is None else style.literal(title))
     figure.align_ylabels(axes)

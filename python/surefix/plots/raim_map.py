@@ -80,7 +80,7 @@ def _draw_line(axes: Axes, place: FloatArray) -> LineCollection:
     from matplotlib.collections import LineCollection
 
     pieces = LineCollection(
-        list(np.stack([place[:-1], place[1:]], axis=1)), linewidth=3.5, capstyle="butt", zorder=3
+        list(np.stack([place[:-1], place[1:]], axis=1)), linewidth=3.5, capstyle="round", zorder=3
     )
     axes.add_collection(pieces)
     axes.update_datalim(place)
@@ -103,7 +103,8 @@ def _draw_protection(figure: Figure, axes: Axes, place: FloatArray, level: Float
     low, high = np.percentile(worst[there], [0, 99])
     pieces.set_clim(float(low), float(high) if high > low * 1.001 else float(low) + 1.0)
     label = "protection level (m)" + ("" if there.all() else ", grey: none")
-    figure.colorbar(pieces, ax=axes, label=label, shrink=0.9, pad=0.02, extend="max")
+    beyond = "max" if worst[there].max() > pieces.get_clim()[1] else "neither"
+    figure.colorbar(pieces, ax=axes, label=label, shrink=0.9, pad=0.02, extend=beyond)
 
 
 def _draw_probability(axes: Axes, availability: AvailabilityMap, missed: float | None) -> None:
@@ -114,15 +115,14 @@ def _draw_probability(axes: Axes, availability: AvailabilityMap, missed: float |
         along, np.maximum(both, SMALLEST), color="#000000", linewidth=1.4, label="$p^* + e_1$"
     )
     if missed is not None:
-        axes.axhline(
-            missed, color=style.ALARM, linestyle="--", linewidth=0.9, label="$\\gamma$"
-        )
+        axes.axhline(missed, color=style.ALARM, linestyle="--", linewidth=0.9, label="$\\gamma$")
     axes.set_yscale("log")
     values = np.concatenate([both, alone])
     known = values[np.isfinite(values) & (values > SMALLEST)]
     wanted = [missed or 1.0, *known.tolist()]
     axes.set_ylim(max(min(wanted) / 3, SMALLEST), 3.0)
-    axes.set_ylabel("missed\nprobability", fontsize=9)
+    clipped = f"\n(≥ {SMALLEST:.0e})" if (alone < SMALLEST).any() else ""
+    axes.set_ylabel(f"missed{clipped}", fontsize=9)
     axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9,
         borderaxespad=0.1, handlelength=1.6,

@@ -49,7 +49,8 @@ class RaimView:
         """Time and values (T,), broken where epochs are missing; NaN breaks it anyway."""
         time = self.result.time
         apart = np.diff(time)
-        breaks = np.flatnonzero(apart > GAP * np.median(apart)) + 1 if len(apart) else []
+        usual = float(np.median(apart)) if len(apart) else 0.0
+        breaks = np.flatnonzero(apart > GAP * usual) + 1
         return np.insert(time, breaks, np.nan), np.insert(values, breaks, np.nan)
 
 
@@ -78,10 +79,9 @@ def draw_along(axes: Axes, view: RaimView) -> None:
     axes.fill_between(
         at, along - level, along + level, color=PROTECTION, alpha=0.2, linewidth=0, zorder=2
     )
-    size = 4.0 if len(result.time) < 1500 else 2.2
     axes.plot(
-        at, along, ".-", color=style.ESTIMATE, linewidth=0.8, markersize=size, zorder=4,
-        label="position along the track",
+        at, along, ".", color=style.ESTIMATE, markersize=_size(result), markeredgewidth=0, zorder=4,
+        label="position along the track", rasterized=True,
     )  # fmt: skip
     alarm = result.declared == "alarm"
     axes.plot(
@@ -104,7 +104,7 @@ def draw_levels(axes: Axes, view: RaimView) -> None:
     highest = result.length / 2
     for values, colour, name in (
         (result.protection, PROTECTION, "protection level"),
-        (result.protection_chi2, CHI2, "protection level of the χ² test"),
+        (result.protection_chi2, CHI2, "by the χ² test"),
     ):
         shown = np.where(result.usable & np.isfinite(values), values, np.nan)
         for side in sides:
@@ -116,28 +116,30 @@ def draw_levels(axes: Axes, view: RaimView) -> None:
     for side in sides:
         axes.axhline(
             side * result.length / 2, color="#555555", linewidth=0.9, linestyle="--",
-            label="half the protection interval" if side > 0 else "_",
+            label="half the interval, L / 2" if side > 0 else "_",
         )  # fmt: skip
     lowest = 0.0
     if view.truth is not None:
         lowest = -highest
         error = result.along - view.truth
-        axes.plot(*view.line(np.where(result.usable, error, np.nan)), ".-", zorder=5,
-            color=style.REFERENCE, linewidth=0.8, markersize=2.5, label="error",
+        axes.plot(
+            result.time, np.where(result.usable, error, np.nan), ".", color=style.REFERENCE,
+            markersize=_size(result), markeredgewidth=0, zorder=5, label="error", rasterized=True,
         )  # fmt: skip
-        draw_misleading(axes, view, error)
+        draw_misleading(axes, view, error, highest)
     axes.set_ylim(1.08 * lowest, 1.08 * highest)
     axes.set_ylabel("error (m)" if view.truth is not None else "level (m)", fontsize=9)
 
 
-def draw_misleading(axes: Axes, view: RaimView, error: FloatArray) -> None:
-    """Crosses where the error is beyond the protection level."""
+def draw_misleading(axes: Axes, view: RaimView, error: FloatArray, most: float) -> None:
+    """Crosses where the error is beyond the protection level, at ``most`` where it is larger."""
     result = view.result
     beyond = result.usable & (np.abs(error) > result.protection)
     if beyond.any():
         axes.plot(
-            result.time[beyond], error[beyond], "x", color=style.ALARM, markersize=5, zorder=6,
-            label="beyond the protection level",
+            result.time[beyond], np.clip(error[beyond], -most, most), "x", color=style.ALARM,
+            markersize=5, zorder=6,
+            label="error beyond the level",
         )  # fmt: skip
 
 
@@ -173,10 +175,15 @@ def draw_satellites(axes: Axes, view: RaimView) -> None:
         return np.column_stack([whole, whole, np.full(len(whole), np.nan)]).reshape(-1)
 
     used, out = result.used, result.excluded_count
-    axes.fill_between(at, 0.0, steps(used), color="#999999", alpha=0.55, linewidth=0)
+    axes.fill_between(at, 0.0, steps(used), color="#B5B5B5", linewidth=0)
     axes.fill_between(at, steps(used), steps(used + out), color=style.ALARM, linewidth=0)
     axes.set_ylim(0.0, 1.15 * max(1, int((used + out).max(initial=0))))
     axes.set_ylabel("satellites", fontsize=9)
+
+
+def _size(result: RaimResult) -> float:
+    """Of a dot."""
+    return 4.5 if len(result.time) < 600 else 3.2
 
 
 def _spans(

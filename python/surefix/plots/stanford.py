@@ -53,7 +53,9 @@ def draw_stanford(
     axes.plot([0, end], [0, end], color="#333333", linewidth=0.9)
     axes.axhline(limit, color="#333333", linewidth=0.9, linestyle="--")
     axes.plot([limit, limit], [0, limit], color="#333333", linewidth=0.9, linestyle="--")
-    axes.set(xlim=(0, end), ylim=(0, end), xlabel="|error| (m)", ylabel="protection level (m)")
+    axes.set(xlim=(0, end), ylim=(0, end))
+    axes.set_xlabel(_named("|error| (m)", e, end))
+    axes.set_ylabel(_named("protection level (m)", level, end))
     style.clean(axes)
     axes.grid(False)
     axes.set_aspect("equal")
@@ -63,10 +65,18 @@ def draw_stanford(
     return figure
 
 
+def _named(name: str, values: FloatArray, end: float) -> str:
+    """With how many are beyond the axis."""
+    beyond = int((values > end).sum())
+    return name + (f"; {beyond} beyond {end:g} are drawn there" if beyond else "")
+
+
 def _end(e: FloatArray, level: FloatArray, limit: float) -> float:
     """Where the axes end: they hold the limit and nearly all that is finite, up to ``MOST``
     limits."""
-    bulk = [float(np.percentile(v[np.isfinite(v)], 99.5)) for v in (e, level) if np.isfinite(v).any()]
+    bulk = [
+        float(np.percentile(v[np.isfinite(v)], 99.5)) for v in (e, level) if np.isfinite(v).any()
+    ]
     return min(max(1.15 * max(bulk, default=0.0), 1.3 * limit), MOST * limit)
 
 
@@ -100,8 +110,8 @@ def _draw_density(figure: Figure, axes: Axes, e: FloatArray, level: FloatArray, 
     from matplotlib.colors import LogNorm
 
     edges = np.linspace(0.0, end, BINS + 1)
-    inside = (np.clip(values, 0.0, end) for values in (e, level))
-    count, _, _ = np.histogram2d(*inside, bins=(edges, edges))
+    inside = np.clip(e, 0.0, end), np.clip(level, 0.0, end)
+    count, _, _ = np.histogram2d(*inside, bins=[edges, edges])
     mesh = axes.pcolormesh(
         edges, edges, np.where(count > 0, count, np.nan).T, cmap="viridis", zorder=2,
         norm=LogNorm(1, max(10.0, float(count.max()))), rasterized=True,

@@ -50,6 +50,10 @@ STUDIES = {
         "Parellier 2023, figures 6 and 7: a sinusoid of unknown frequency",
         "surefix.studies.parellier_sine",
     ),
+    "lacresse-fig-2": Study(
+        "Lacresse 2005, figure 2: a track taken for straight, under real satellites",
+        "surefix.studies.lacresse_fig_2",
+    ),
 }
 
 

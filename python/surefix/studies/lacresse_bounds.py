@@ -1,16 +1,12 @@
-"""e₁ and e₂ of the sine track: the paper's, tighter ones, and the amplitudes at which they pass γ
-and α (Lacresse, Grall & Nikiforov 2005, sections 4.3 and 5.3)."""
+"""e₁ and e₂ of the sine track: the paper's and tighter ones (Lacresse, Grall & Nikiforov 2005,
+sections 4.3 and 5.3), and the worst that there really is."""
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
-from surefix.raim.affine import AffineModel
-from surefix.studies.lacresse_critical import bisect, critical, just_missed
+from surefix.raim.split import split
+from surefix.studies.lacresse_critical import critical, just_missed
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, SineTrack
-from surefix.studies.lacresse_sky import Sky
+from surefix.studies.lacresse_worst import Worst, worst
 
 BOUNDS = {  # fit of the affine model, bound on its error
     "": ("least-squares", "loose"),  # the paper
@@ -18,19 +14,12 @@ BOUNDS = {  # fit of the affine model, bound on its error
     "_minimax": ("minimax", "loose"),
     "_minimax_tight": ("minimax", "tight"),
 }
-SMALLEST, LARGEST = 1e-3, 1e3  # v [m] between which crossings are looked for
-HEADINGS = np.arange(0.0, 180.0, 15.0)  # of the track [degrees]; the other half mirrors it
-
-
-def models(track: SineTrack) -> dict[str, AffineModel]:
-    """By fit."""
-    return {fit: track.model(fit) for fit in ("least-squares", "minimax")}
 
 
 def indicators(track: SineTrack, length: float) -> dict[str, float]:
     """Of one amplitude: b, e₁ at λ_γ and e₂ at λ = 0 by each bound; with the paper's fit also e₁ at
     λ_max (section 5.3) and the suprema over λ (section 4.3)."""
-    fitted = models(track)
+    fitted = {fit: track.model(fit) for fit in ("least-squares", "minimax")}
     paper = fitted["least-squares"]
     at = just_missed(paper.degrees)
     most = float(critical(track, length).max())
@@ -47,19 +36,25 @@ def indicators(track: SineTrack, length: float) -> dict[str, float]:
     return out
 
 
-def crossings(sky: Sky, heading: float = 90.0) -> dict[str, float]:
-    """The amplitudes [m] at which e₁ passes γ and e₂ passes α, by each bound."""
-    at = just_missed(SineTrack(sky, 1.0).model().degrees)
-    out = {}
-    for suffix, (fit, bound) in BOUNDS.items():
+def direct(of: Worst) -> dict[str, float]:
+    """What looking at all of K finds, beside ``indicators``."""
+    return {
+        "b_direct": of.b,
+        "e1_direct": of.e1,
+        "e2_direct": of.e2,
+        "p_star": of.p_star,
+        "e1_satellite": of.e1_satellite,
+    }
 
-        def e1(v: float, fit: str = fit, bound: str = bound) -> float:
-            model = SineTrack(sky, v, heading).model(fit)
-            return float(model.e1(noncentrality=at, bound=bound)) - GAMMA
 
-        def e2(v: float, fit: str = fit, bound: str = bound) -> float:
-            return float(SineTrack(sky, v, heading).model(fit).e2(bound=bound)) - ALPHA
+def row(track: SineTrack, length: float) -> dict[str, float]:
+    """All of one amplitude."""
+    return {**indicators(track, length), **direct(worst(track, length))}
 
-        out[f"e1{suffix}"] = bisect(e1, SMALLEST, LARGEST)
-        out[f"e2{suffix}"] = bisect(e2, SMALLEST, LARGEST)
-    return out
+
+def pieces(track: SineTrack) -> int:
+    """Of K, until e₁ ≤ γ and e₂ ≤ α in every one: tests an epoch."""
+    at = just_missed(track.model().degrees)
+    return split(
+        track.distances, 0.0, 1.0, e1=GAMMA, e2=ALPHA, noncentrality=at, **track.options
+    ).cost

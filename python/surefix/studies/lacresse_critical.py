@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from math import erfc, sqrt
 
 import numpy as np
@@ -13,20 +14,17 @@ from surefix.raim.power import noncentrality
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, KD, SineTrack
 
 RISK, FAULT = 1e-7, 1e-4  # p_r of the position, p_f of a satellite; the paper states neither
-STEPS = 100  # of a bisection
+NARROW = 1 + 1e-10  # quotient of the ends at which a bisection stops
 
 
 def bisect(value: Callable[[float], float], low: float, high: float) -> float:
-    """Where ``value``, which rises, passes 0; nan where it does not between low and high > 0.
-    Midpoints are geometric."""
+    """Where ``value``, which rises, passes 0 between low > 0 and high; nan where it does not."""
     if not value(low) <= 0 <= value(high):
         return float("nan")
-    for _ in range(STEPS):
+    while high > low * NARROW:
         middle = sqrt(low * high)
-        if not low < middle < high:
-            break
         low, high = (low, middle) if value(middle) > 0 else (middle, high)
-    return high
+    return sqrt(low * high)
 
 
 def beyond(half: float, shift: float, sigma: float) -> float:
@@ -45,6 +43,7 @@ def effects(track: SineTrack) -> tuple[float, FloatArray]:
     return float(np.linalg.norm(gain)), parity / np.abs(gain)
 
 
+@lru_cache
 def just_missed(degrees: int) -> float:
     """λ_γ of the fault that is missed with probability γ."""
     return float(noncentrality(GAMMA, degrees, ALPHA))

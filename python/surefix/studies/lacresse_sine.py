@@ -4,6 +4,7 @@ distances to the satellites from it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from surefix.studies.lacresse_sky import Sky
 KD = 1000.0  # k_d [m], of one period
 SIGMA = 5.0  # σ_i [m], of every pseudorange
 ALPHA, GAMMA = 1e-5, 1e-3  # of the paper
+EAST = 90.0  # heading of the x-axis, from north over east [degrees]
 POINTS = 401  # of K at which the distances are sampled
 
 
@@ -25,7 +27,7 @@ class SineTrack:
 
     sky: Sky
     amplitude: float
-    heading: float = 90.0
+    heading: float = EAST
 
     @property
     def satellites(self) -> FloatArray:
@@ -55,10 +57,16 @@ class SineTrack:
         bound = (KD**2 + rate**2) / nearest + np.minimum(sideways, 1.0) * 2 * np.pi * rate
         return bound[:, None]
 
-    def model(self, fit: str = "least-squares", points: int = POINTS) -> AffineModel:
-        """D ≈ A l + B over K, and its test with the clocks, which are linear, as further columns;
-        bounds certified between the samples."""
-        return affine_bound(
-            self.distances, 0.0, 1.0, noise=SIGMA, linear=self.sky.clocks, fit=fit,
-            points=points, bend=self.bend, false_alarm=ALPHA,
-        )  # fmt: skip
+    def model(
+        self, fit: str = "least-squares", low: float = 0.0, high: float = 1.0, points: int = POINTS
+    ) -> AffineModel:
+        """D ≈ A l + B over K, or a part of it, and its test with the clocks, which are linear, as
+        further columns; bounds certified between the samples."""
+        return affine_bound(self.distances, low, high, fit=fit, points=points, **self.options)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Of ``affine_bound`` and ``split``."""
+        return {
+            "noise": SIGMA, "linear": self.sky.clocks, "bend": self.bend, "false_alarm": ALPHA
+        }  # fmt: skip

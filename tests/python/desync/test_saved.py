@@ -144,20 +144,24 @@ DAMAGE: dict[str, tuple[Any, str]] = {
         r"saved model\.jerk: expected 0\.3, got array",
     ),
     "sensors an array": ({"sensors": np.ones(2)}, r"saved sensors\.0\.name: expected"),
-    "waiting none": ({"waiting": (None, [], [], [])}, "saved waiting: expected"),
-    "waiting number": ({"waiting": (5, 5, 5, 5)}, "saved waiting: expected"),
+    "waiting none": ({"waiting": (None, [], [], [], [])}, "saved waiting: expected"),
+    "waiting number": ({"waiting": (5, 5, 5, 5, 5)}, "saved waiting: expected"),
     "waiting too early": (
-        {"waiting": ([S], [0], [0.2], [1])},
+        {"waiting": ([S], [0], [0.2], [1], [1.0])},
         r"saved waiting time: expected .* 1000000001 .*got 1000000000",
     ),
     "waiting too late": (
-        {"waiting": ([3 * 10**18 - S // 4 + 1], [1], [0.2], [1])},
+        {"waiting": ([3 * 10**18 - S // 4 + 1], [1], [0.2], [1], [1.0])},
         "saved waiting time: expected",
     ),
-    "waiting sensor": ({"waiting": ([2 * S], ["radar"], [0.2], [1])}, "saved waiting sensor"),
-    "waiting value": ({"waiting": ([2 * S], [0], ["x"], [1])}, "saved waiting value: expected"),
+    "waiting sensor": ({"waiting": ([2 * S], ["radar"], [0.2], [1], [1.0])}, "saved waiting sensor"),
+    "waiting value": ({"waiting": ([2 * S], [0], ["x"], [1], [1.0])}, "saved waiting value: expected"),
+    "waiting factor": (
+        {"waiting": ([2 * S], [0], [0.2], [1], [0.0])},
+        "saved waiting factor: expected a number from 1e-06 to 1e.06, got 0",
+    ),
     "waiting push to come": (
-        {"waiting": ([2 * S], [0], [0.2], [3])},
+        {"waiting": ([2 * S], [0], [0.2], [3], [1.0])},
         "saved waiting number: expected .*got 3",
     ),
 }

@@ -6,14 +6,14 @@ an alarm, T_J, from an estimate that knows nothing of it:
     P(|l^ - l| > PL)  <=  2 Q(PL / sigma) + sum_J p_f^|J| min(1, 2 Q((PL - T_J) / sigma_J))
 
 sigma_J is the deviation of the estimate without J, infinite where there is none. Where J has no
-part in the estimate (one satellite alone has its system's clock to itself), a fault of it is as good
-as none, and the first term has it: what is there without faults and with harmless ones together is
-no more than certain.
+part in the estimate (one satellite alone has its system's clock to itself), a fault of it is as
+good as none, and the first term has it: no fault and harmless ones together are at most certain.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from math import comb
 
@@ -60,7 +60,7 @@ def every_without(s: Solution, most: int) -> list[Without]:
 def separation_thresholds(all_: list[Without], false_alarm: float) -> Array:
     """T_J, the false alarm in equal shares."""
     width = float(norm.isf(false_alarm / (2 * len(all_))))
-    return np.array([width * w.separation_sigma for w in all_])
+    return width * np.array([w.separation_sigma for w in all_])
 
 
 def harmless(s: Solution, w: Without) -> bool:
@@ -68,38 +68,58 @@ def harmless(s: Solution, w: Without) -> bool:
 
 
 def budget(n: int, demand: Demand, excluded: int = 0) -> float:
-    """What of the risk is left for sets of at most max_faults, for one of the outcomes: half of it
-    for no exclusion, half in equal shares for the sets that could have been taken out of n."""
-    share = demand.risk
-    if demand.max_excluded > 0:
-        outcomes = sum(comb(n, k) for k in range(1, demand.max_excluded + 1))
-        share = demand.risk / 2 if excluded == 0 else demand.risk / 2 / outcomes
-    remaining = n - excluded
-    return share - float(binom.sf(demand.max_faults, remaining, demand.fault_probability))
+    """The risk that one outcome may use, with n satellites in view. More than max_faults faulty
+    ones are covered by nothing, whatever the outcome; of what they leave of the risk, half is for
+    no exclusion, the other half in equal shares for every set that could have been taken out."""
+    covered = demand.risk - float(binom.sf(demand.max_faults, n, demand.fault_probability))
+    if demand.max_excluded == 0:
+        return covered
+    outcomes = sum(comb(n, k) for k in range(1, demand.max_excluded + 1))
+    return covered / 2 if excluded == 0 else covered / 2 / outcomes
 
 
 def outside(half: float, s: Solution, all_: list[Without], T: Array, demand: Demand) -> float:
     """The right side of the formula above."""
-    total = 2.0 * float(norm.sf(half / s.sigma))
-    for w, t in zip(all_, T, strict=True):
-        if harmless(s, w):
-            continue
-        tail = 2.0 * float(norm.sf((half - t) / w.sigma)) if np.isfinite(w.sigma) else 1.0
-        total += demand.fault_probability ** len(w.gone) * min(tail, 1.0)
-    return total
+    prior = np.array([demand.fault_probability ** len(w.gone) for w in all_])
+    sigma = np.array([w.sigma for w in all_])
+    blind = np.isinf(sigma)
+    beyond = np.where(blind, 0.0, half - T) / np.where(blind, 1.0, sigma)
+    harms = np.array([not harmless(s, w) for w in all_])
+    terms = prior * np.minimum(2.0 * norm.sf(beyond), 1.0)
+    return 2.0 * float(norm.sf(half / s.sigma)) + float(terms[harms].sum())
 
 
-def protection(s: Solution, n: int, demand: Demand) -> float:
-    """Half-width [m], infinite where none is wide enough; n satellites before any exclusion."""
-    all_ = every_without(s, min(demand.max_faults, len(s.r)))
-    T = separation_thresholds(all_, demand.false_alarm)
-    left = budget(n, demand, n - len(s.r))
-    solvable = [t + 45.0 * w.sigma for w, t in zip(all_, T, strict=True) if np.isfinite(w.sigma)]
-    far = max([45.0 * s.sigma, *solvable])
-    if left <= 0.0 or outside(far, s, all_, T, demand) >= left:
-        return np.inf
+@dataclass(frozen=True)
+class Question:
+    """How wide the interval about s must be; n satellites in view before any exclusion."""
 
-    def excess(half: float) -> float:
-        return float(np.log(max(outside(half, s, all_, T, demand), 1e-200) / left))
+    s: Solution
+    n: int
+    demand: Demand
 
-    return float(brentq(excess, 0.0, far, xtol=1e-10, rtol=1e-13))
+    @property
+    def budget(self) -> float:
+        return budget(self.n, self.demand, self.n - len(self.s.r))
+
+    @cached_property
+    def sets(self) -> tuple[list[Without], Array]:
+        """All, and T_J."""
+        all_ = every_without(self.s, min(self.demand.max_faults, len(self.s.r)))
+        return all_, separation_thresholds(all_, self.demand.false_alarm)
+
+    def risk(self, half: float) -> float:
+        return outside(half, self.s, *self.sets, self.demand)
+
+    @property
+    def answer(self) -> float:
+        """Half-width [m], infinite where none is wide enough."""
+        finite = [t + 45.0 * w.sigma for w, t in zip(*self.sets, strict=True)
+                  if np.isfinite(w.sigma)]  # fmt: skip
+        far, left = max([45.0 * self.s.sigma, *finite]), self.budget
+        if left <= 0.0 or self.risk(far) >= left:
+            return np.inf
+
+        def excess(half: float) -> float:
+            return float(np.log(max(self.risk(half), 1e-200) / left))
+
+        return float(brentq(excess, 0.0, far, xtol=1e-10, rtol=1e-13))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -73,12 +74,12 @@ class Solution:
     J: Array  # (n, 1 + systems), whitened, at the solution
     r: Array  # (n,) whitened residuals
 
-    @property
+    @cached_property
     def hat(self) -> Array:
         """J J^+, (n, n)."""
         return self.J @ np.linalg.pinv(self.J)
 
-    @property
+    @cached_property
     def gain(self) -> Array:
         """Effect of whitened measurements on the mileage (n,): the first row of J^+."""
         return np.asarray(np.linalg.pinv(self.J)[0])

@@ -28,7 +28,7 @@ def cases(seed: int, count: int) -> Array:
 
 
 def test_thresholds() -> None:
-    degrees = np.arange(1, 31)
+    degrees = np.array([1, 2, 3, 5, 8, 13, 21, 30])
     alpha = 10.0 ** -np.arange(1.0, 13.0)[:, None]
     found = sf.raim.threshold(alpha, degrees)
     known = [[float(oracle.threshold(a, int(k))) for k in degrees] for a in alpha[:, 0]]
@@ -37,7 +37,7 @@ def test_thresholds() -> None:
 
 def test_power_and_missed() -> None:
     """Both tails, each with its own digits: the smallest here is 1e-50."""
-    alpha, degrees, lam = cases(1, 120).T
+    alpha, degrees, lam = cases(1, 60).T
     power, missed = sf.raim.power(lam, degrees, alpha), sf.raim.missed(lam, degrees, alpha)
     for i in range(len(lam)):
         h = oracle.threshold(alpha[i], degrees[i])

@@ -1,8 +1,10 @@
 """The monitor, epoch by epoch, against least squares solved again for every question.
 
-Rounding: a distance of 2.6e7 m is known to 4e-9 m, which whitened is 1e-8 (sigma is at least 0.5 m);
-some six of them (the root of the sum over 14 satellites, twice) reach the mileage, in units of its
-deviation, and the residuals.
+Rounding: a distance of 2.6e7 m is known to 4e-9 m, whitened 1e-8 (sigma is at least 0.5 m); some
+six of them (the root of the sum over 14 satellites, twice) reach the mileage, in units of its
+deviation, and the residuals. Where the engine solves an equation for a length, it says to which
+accuracy: the mileage moves by less than SETTLED in the next step, and a tail is short of its target
+by SHORT of it at most, on the safe side.
 """
 
 from __future__ import annotations
@@ -19,16 +21,17 @@ from oracle import raim_monitor as oracle
 from oracle import raim_protection as protection
 from oracle.raim_monitor import Demand
 from oracle.raim_solution import Solution, solve
-from oracle.step import Array
-from raim.scenes import Scene, monitor, scene, straight_points
+from raim.scenes import monitor, scene, straight_points
 
 ROUNDING = 6e-8
+SETTLED = 1e-6  # [m]
+SHORT = 1e-6
 # No exclusion: what is said is said of all satellites in view.
 PLAIN = Demand(80.0, false_alarm=1e-5, max_excluded=0)
 SCENES = {
-    "curved": scene(1, 40),
-    "straight": scene(2, 15, straight_points()),
-    "turning Earth": scene(3, 15, rotation=True),
+    "curved": scene(1, 24),
+    "straight": scene(2, 12, straight_points()),
+    "turning Earth": scene(3, 12, rotation=True),
 }
 each = pytest.mark.parametrize("name", SCENES)
 
@@ -46,8 +49,9 @@ def found(name: str, demand: Demand = PLAIN, interval: float | None = None) -> s
     return run.run(s.pseudoranges)
 
 
-def finite(result: sf.raim.RaimResult, t: int, s: Scene, name: str) -> Array:
-    return s.rows(getattr(result, name), t)
+def meets(half: float, asked: protection.Question) -> None:
+    """The risk beyond it is the budget; that of deviations known to 1e-9 is known to 1e-7."""
+    assert -SHORT - 1e-7 <= asked.risk(half) / asked.budget - 1.0 <= 1e-7
 
 
 @each
@@ -56,7 +60,7 @@ def test_solution(name: str) -> None:
     for t, s in enumerate(solutions(name)):
         assert result.status[t] == "ok"
         assert result.used[t] == len(s.r)
-        assert result.along[t] == pytest.approx(s.along, abs=ROUNDING * s.sigma + 1e-9)
+        assert result.along[t] == pytest.approx(s.along, abs=1.1 * SETTLED + ROUNDING * s.sigma)
         assert result.sigma[t] == pytest.approx(s.sigma, rel=1e-8)
         clocks = result.clock[t][np.isfinite(result.clock[t])]
         np.testing.assert_allclose(np.sort(clocks), np.sort(list(s.clock.values())), atol=1e-5)
@@ -94,41 +98,55 @@ def test_snapshot_test(name: str) -> None:
 @each
 def test_separation_alarm(name: str) -> None:
     """Some set of satellites without which the estimate is farther off than T_J."""
-    demand = Demand(80.0, false_alarm=0.3, max_excluded=0)
+    demand = Demand(80.0, false_alarm=0.9, max_excluded=0)
     result = found(name, demand)
-    for t, s in enumerate(solutions(name)):
+    for k, s in enumerate(solutions(name)):
         all_ = protection.every_without(s, 2)
-        T = protection.separation_thresholds(all_, 0.3)
+        T = protection.separation_thresholds(all_, 0.9)
         ratio = [abs(w.separation) / t for w, t in zip(all_, T, strict=True)
                  if np.isfinite(w.sigma) and not protection.harmless(s, w)]  # fmt: skip
-        assert result.separation_alarm[t] == (max(ratio, default=0.0) > 1.0)
-        alarm = bool(result.alarm[t] or result.separation_alarm[t])
-        assert result.declared[t] == ("alarm" if alarm else "ok")
+        assert result.separation_alarm[k] == (max(ratio, default=0.0) > 1.0)
+        alarm = bool(result.alarm[k] or result.separation_alarm[k])
+        assert result.declared[k] == ("alarm" if alarm else "ok")
     assert result.separation_alarm.any()
 
 
 @each
 @pytest.mark.parametrize("length", [30.0, 80.0])
 def test_critical_biases(name: str, length: float) -> None:
-    """Inverse, as an effect: a satellite that hardly moves the estimate has a bias without bound.
-    ln p moves by root lambda (root lambda - root h) times the relative error of a bias."""
-    demand = Demand(length, max_excluded=0)
+    """All move the estimate by the same, which is the largest that may happen unseen. Of the tail
+    beyond half an interval, 1e-8 of the shift is z half / sigma times that."""
+    demand, critical = Demand(length, max_excluded=0), 0
     result, scene_ = found(name, demand), SCENES[name]
     for t, s in enumerate(solutions(name)):
-        sigma = scene_.epochs[t].sigma
-        known = oracle.critical_biases(s, sigma, length / 2, demand)
-        bias = scene_.rows(result.critical_bias, t)
+        effect, bias = np.abs(s.gain) / scene_.epochs[t].sigma, scene_.rows(result.critical_bias, t)
+        known = oracle.critical_biases(s, scene_.epochs[t].sigma, length / 2, demand)
+        np.testing.assert_array_equal(np.isinf(bias), np.isinf(known))
         if oracle.critical_shift(length / 2, s.sigma, demand) == 0.0:
             np.testing.assert_array_equal(bias[np.isfinite(known)], 0.0)
-        else:
-            scale = np.max(1.0 / known)
-            np.testing.assert_allclose(1.0 / bias, 1.0 / known, rtol=1e-9, atol=1e-8 * scale)
-        np.testing.assert_array_equal(np.isinf(bias), np.isinf(known))
-        p, _ = oracle.at_half_length(s, sigma, length / 2, 0.0, demand)
+            continue
+        critical += 1
+        shift, most = 1.0 / np.max(1.0 / (bias * effect.max())), effect.max()
+        np.testing.assert_allclose(shift / bias, effect, rtol=1e-9, atol=1e-8 * most)
+        tail = oracle.outside(length / 2, shift, s.sigma) / 1e-3 - 1.0
+        near = 1e-8 * 3.1 * length / s.sigma
+        assert -SHORT - near <= tail <= near
+    assert critical > 5
+
+
+@each
+@pytest.mark.parametrize("length", [30.0, 80.0])
+def test_critical_biases_missed(name: str, length: float) -> None:
+    """ln p moves by root lambda (root lambda - root h) times the relative error of a bias."""
+    result, scene_ = found(name, Demand(length, max_excluded=0)), SCENES[name]
+    for t, s in enumerate(solutions(name)):
+        sigma, bias = scene_.epochs[t].sigma, scene_.rows(result.critical_bias, t)
+        lam = oracle.noncentralities(s, sigma, bias)
+        p = oracle.missed(lam, 0.0, s.degrees, 1e-5)
         missed = scene_.rows(result.missed_at_critical, t)
         np.testing.assert_allclose(missed, p, rtol=1e-5, atol=1e-30)
-        assert result.p_star[t] == pytest.approx(p.max(), rel=1e-6, abs=1e-30)
-        assert result.available[t] == (p.max() <= 1e-3)
+        assert result.p_star[t] == missed.max()
+        assert result.available[t] == (missed.max() <= 1e-3)
 
 
 @each
@@ -142,18 +160,18 @@ def test_availability_is_mixed(name: str) -> None:
 @each
 @pytest.mark.parametrize("interval", [None, 10.0, 100.0])
 def test_linearisation(name: str, interval: float | None) -> None:
-    """The bound holds at 2001 places of K and is not far above the largest; e_1, e_2 follow."""
+    """The bound holds at 301 places of K and is not far above the largest; e_1, e_2 follow."""
     result, scene_ = found(name, PLAIN, interval), SCENES[name]
     half = PLAIN.length / 2 if interval is None else interval
-    for t, s in list(enumerate(solutions(name)))[:15]:
-        places = s.along + np.linspace(-half, half, 2001)
+    for t, s in list(enumerate(solutions(name)))[:10]:
+        places = s.along + np.linspace(-half, half, 301)
         largest = oracle.linearisation_error(scene_.epochs[t], scene_.spline, s, places).max()
         b = float(result.bound[t])
         assert largest - 2 * ROUNDING <= b <= 1.1 * largest + 1e-4
-        sigma = scene_.epochs[t].sigma
-        p, worst = oracle.at_half_length(s, sigma, PLAIN.length / 2, b, PLAIN)
-        near = 1e-5 * worst
-        assert result.e1[t] == pytest.approx(worst - p.max(), abs=near)
+        bias = scene_.rows(result.critical_bias, t)
+        lam = oracle.noncentralities(s, scene_.epochs[t].sigma, bias).min()
+        p, worst = (oracle.missed(np.array([lam]), loss, s.degrees, 1e-5)[0] for loss in (0.0, b))
+        assert result.e1[t] == pytest.approx(worst - p, abs=1e-5 * worst + 1e-30)
         gain = distributions.power(b**2, s.degrees, 1e-5) - 1e-5
         assert result.e2[t] == pytest.approx(float(gain), rel=1e-9, abs=1e-16)
         if abs(worst / PLAIN.missed - 1.0) > 1e-4:
@@ -162,14 +180,16 @@ def test_linearisation(name: str, interval: float | None) -> None:
 
 @each
 def test_protection_of_the_snapshot_test(name: str) -> None:
-    """With b of an interval that is longer than the protection."""
+    """With b of an interval that is longer than the protection. SHORT of a tail of 1e-3 is a
+    length of SHORT sigma / 3.1 at most."""
     interval = 300.0
     result = found(name, PLAIN, interval)
-    for t, s in list(enumerate(solutions(name)))[:12]:
+    for t, s in list(enumerate(solutions(name)))[:8]:
         b, sigma = float(result.bound[t]), SCENES[name].epochs[t].sigma
         known = oracle.protection_chi2(s, sigma, b, PLAIN)
         if known <= interval:
-            assert result.protection_chi2[t] == pytest.approx(known, rel=1e-7)
+            more = result.protection_chi2[t] - known
+            assert -1e-8 * known <= more <= 1e-8 * known + 0.33 * SHORT * s.sigma
         else:
             assert not result.protection_chi2[t] <= interval
 
@@ -183,12 +203,12 @@ def test_protection(name: str, max_faults: int, fault_probability: float) -> Non
                     max_excluded=0)  # fmt: skip
     result, unavailable = found(name, demand), 0
     for t, s in enumerate(solutions(name)):
-        known = protection.protection(s, len(s.r), demand)
-        if np.isinf(known):
+        asked = protection.Question(s, len(s.r), demand)
+        if np.isinf(asked.answer):
             unavailable += 1
-            assert not np.isfinite(result.protection[t])
+            assert result.protection[t] == np.inf
         else:
-            assert result.protection[t] == pytest.approx(known, rel=1e-8)
+            meets(float(result.protection[t]), asked)
     assert unavailable < len(result.protection) or (max_faults, fault_probability) == (1, 1e-4)
 
 
@@ -200,8 +220,7 @@ def test_protection_pays_for_exclusions(name: str, max_excluded: int) -> None:
     result = found(name, demand)
     for t, s in enumerate(solutions(name)):
         if result.declared[t] == "ok":
-            known = protection.protection(s, len(s.r), demand)
-            assert result.protection[t] == pytest.approx(known, rel=1e-8)
+            meets(float(result.protection[t]), protection.Question(s, len(s.r), demand))
 
 
 def test_a_risk_that_faults_alone_do_not_reach() -> None:

@@ -101,9 +101,9 @@ def test_a_train_that_is_elsewhere() -> None:
 
 def test_no_epochs() -> None:
     empty = np.zeros(0)
-    rows = sf.raim.Pseudoranges(empty, [], np.zeros((0, 3)), empty, empty)
-    result = monitor(SCENE.track, DEMAND).run(rows)
-    assert result.along.shape == result.status.shape == (0,)
+    none = sf.raim.Pseudoranges(empty, [], np.zeros((0, 3)), empty, empty)
+    with pytest.raises(sf.ConfigError, match="pseudoranges: .*none"):
+        monitor(SCENE.track, DEMAND).run(none)
 
 
 T, N, X, R, S = np.zeros(8), [f"G{i}" for i in range(8)], ONE.satellite, ONE.pseudorange, ONE.sigma
@@ -127,23 +127,13 @@ ROWS: dict[str, Refused] = {
     "time NaN": (lambda: rows(time=with_value(T, 2, np.nan)), VALUE, "time: .*nan"),
     "time infinite": (lambda: rows(time=with_value(T, 2, np.inf)), VALUE, "time: .*inf"),
     "satellite count": (lambda: rows(satellite=N[:7]), ANY, "satellite: .*7"),
-    "satellite twice": (lambda: rows(satellite=["G1", *N[1:]]), VALUE, "satellite: .*G1"),
     "position columns": (lambda: rows(position=X[:, :2]), SHAPE, r"position: .*\(8, 2\)"),
     "position rows": (lambda: rows(position=X[:7]), SHAPE, r"position: .*\(7, 3\)"),
     "pseudorange length": (lambda: rows(pseudorange=R[:7]), SHAPE, r"pseudorange: .*\(7,\)"),
-    "pseudorange infinite": (
-        lambda: rows(pseudorange=with_value(R, 1, np.inf)), VALUE, "pseudorange: .*inf",
-    ),
     "sigma length": (lambda: rows(sigma=S[:7]), SHAPE, r"sigma: .*\(7,\)"),
-    "sigma negative": (lambda: rows(sigma=-1.0), VALUE, "sigma: .*-1"),
-    "sigma one negative": (lambda: rows(sigma=with_value(S, 3, -2.0)), VALUE, "sigma: .*-2"),
-    "sigma zero": (lambda: rows(sigma=with_value(S, 3, 0.0)), VALUE, "sigma: .*0"),
-    "sigma infinite": (lambda: rows(sigma=with_value(S, 3, np.inf)), VALUE, "sigma: .*inf"),
-    "sigma NaN": (lambda: rows(sigma=np.nan), VALUE, "sigma: .*nan"),
     "system count": (lambda: rows(system=["G"] * 7), ANY, "system: .*7"),
-    "where length": (lambda: rows().where(np.ones(7, bool)), ANY, r"mask: .*\(7,\)"),
-    "with_sigma": (lambda: rows().with_sigma(-1.0), VALUE, "sigma: .*-1"),
-    "elevation": (lambda: rows().elevation(np.zeros(2)), SHAPE, r"position: .*\(2,\)"),
+    "where length": (lambda: rows().where(np.ones(7, bool)), ANY, r"keep: .*\(7,\)"),
+    "sky": (lambda: rows().sky(np.zeros(2)), SHAPE, r"position: .*\(2,\)"),
 }  # fmt: skip
 
 
@@ -151,6 +141,31 @@ ROWS: dict[str, Refused] = {
 def test_refused_rows(make: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         make()
+
+
+UNUSED: dict[str, tuple[str, float]] = {
+    "pseudorange NaN": ("pseudorange", np.nan), "pseudorange infinite": ("pseudorange", np.inf),
+    "position NaN": ("position", np.nan), "position infinite": ("position", -np.inf),
+    "sigma NaN": ("sigma", np.nan), "sigma infinite": ("sigma", np.inf),
+    "sigma zero": ("sigma", 0.0), "sigma negative": ("sigma", -2.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value"), UNUSED.values(), ids=UNUSED.keys())
+def test_a_row_that_cannot_be_used_is_as_good_as_none(name: str, value: float) -> None:
+    """It stays where it is, with no numbers of its own, and the count is one less."""
+    given = {"position": X, "pseudorange": R, "sigma": S}
+    run = monitor(SCENE.track, DEMAND).run
+    found = run(rows(**{name: with_value(given[name], 3, value)}))
+    kept = [i for i in range(8) if i != 3]
+    without = run(sf.raim.Pseudoranges(T[kept], [N[i] for i in kept], X[kept], R[kept], S[kept]))
+    assert (found.used[0], found.degrees[0]) == (7, without.degrees[0])
+    for of_epoch in ("along", "sigma", "statistic", "p_star", "bound", "protection"):
+        np.testing.assert_array_equal(getattr(found, of_epoch), getattr(without, of_epoch))
+    for of_row in ("residual", "critical_bias", "missed_at_critical"):
+        assert np.isnan(getattr(found, of_row)[3])
+        np.testing.assert_array_equal(getattr(found, of_row)[kept], getattr(without, of_row))
+    assert not found.excluded[3]
 
 
 def build(**changed: Any) -> Any:

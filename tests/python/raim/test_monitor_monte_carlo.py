@@ -1,4 +1,4 @@
-"""What the monitor says of its risks, by drawing noise: 20,000 epochs of one sky.
+"""What the monitor says of its risks, by drawing noise: 10,000 epochs of one sky.
 
 Risks are made large enough to be counted (1e-2 and 1e-3); within five binomial deviations.
 """
@@ -16,8 +16,8 @@ from oracle.raim_solution import Epoch
 from oracle.step import Array
 from raim.scenes import Scene, curved_points, monitor, scene, straight_points
 
-EPOCHS = 20_000
-DEMAND = Demand(60.0, false_alarm=1e-2, risk=1e-4, fault_probability=1e-2, max_faults=1,
+EPOCHS = 10_000
+DEMAND = Demand(16.0, false_alarm=1e-2, risk=1e-4, fault_probability=1e-2, max_faults=2,
                 max_excluded=0)  # fmt: skip
 POINTS = {"straight": straight_points(), "curved": curved_points(radius=300.0)}
 
@@ -38,8 +38,8 @@ def drawn(s: Scene, e: Epoch, bias: Array, epochs: int = EPOCHS) -> sf.raim.Pseu
     )  # fmt: skip
 
 
-def near(rate: float, expected: float) -> bool:
-    return abs(rate - expected) < 5.0 * np.sqrt(expected / EPOCHS)
+def near(rate: float, p: float) -> bool:
+    return bool(abs(rate - p) < 5.0 * np.sqrt(p * (1.0 - p) / EPOCHS))
 
 
 def test_false_alarms() -> None:
@@ -61,36 +61,45 @@ def test_false_alarms_on_a_curve() -> None:
     assert float(np.mean(result.alarm)) < most + 5.0 * np.sqrt(most / EPOCHS)
 
 
-@pytest.mark.parametrize("name", POINTS)
-@pytest.mark.parametrize("i", [0, 3])
-def test_critical_bias(name: str, i: int) -> None:
-    """On a straight track, it moves the estimate out of the interval with p_r / p_f, and is missed
-    with p(i, v_i*); on a curved one it is missed at most e_1 more often."""
+@cache
+def worst(name: str, rank: int) -> tuple[int, float, float]:
+    """The satellite whose critical fault is missed most (rank 1), or second most; how large it is,
+    and how often it is missed."""
     s = sky(name)
-    e, run = s.epochs[0], monitor(s.track, DEMAND)
-    healthy = run.run(drawn(s, e, np.zeros(8), 1))
-    v = float(healthy.critical_bias[i])
-    assert np.isfinite(v)
-    result = run.run(drawn(s, e, v * np.eye(8)[i]))
+    healthy = monitor(s.track, DEMAND).run(drawn(s, s.epochs[0], np.zeros(8), 1))
+    i = int(np.argsort(healthy.missed_at_critical)[-rank])
+    return i, float(healthy.critical_bias[i]), float(healthy.missed_at_critical[i])
+
+
+@pytest.mark.parametrize("rank", [1, 2])
+def test_critical_bias(rank: int) -> None:
+    """It moves the estimate out of the interval with p_r / p_f, and is missed with p(i, v_i*)."""
+    s = sky("straight")
+    i, v, missed = worst("straight", rank)
+    result = monitor(s.track, DEMAND).run(drawn(s, s.epochs[0], v * np.eye(8)[i]))
     outside = float(np.mean(np.abs(result.along - s.truth[0]) > DEMAND.length / 2))
-    missed = float(np.mean(~result.alarm))
-    expected = float(healthy.missed_at_critical[i])
-    if name == "straight":
-        assert near(outside, 1e-2)
-        assert near(missed, expected)
-    else:
-        most = float(healthy.p_star[0] + healthy.e1[0])
-        assert missed < most + 5.0 * np.sqrt(most / EPOCHS)
+    assert near(outside, 1e-2)
+    assert 0.01 < missed < 0.99
+    assert near(float(np.mean(~result.alarm)), missed)
 
 
-@pytest.mark.parametrize("size", [0.3, 0.6, 1.0, 1.5, 3.0])
-@pytest.mark.parametrize("i", [0, 3])
-def test_protection_holds_whatever_the_fault(size: float, i: int) -> None:
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_critical_bias_on_a_curve(sign: float) -> None:
+    """It is missed at most e_1 more often than on a straight track."""
+    s = sky("curved")
+    i, v, _ = worst("curved", 1)
+    result = monitor(s.track, DEMAND).run(drawn(s, s.epochs[0], sign * v * np.eye(8)[i]))
+    most = float(np.max(result.p_star + result.e1))
+    assert float(np.mean(~result.alarm)) < most + 5.0 * np.sqrt(most * (1.0 - most) / EPOCHS)
+
+
+@pytest.mark.parametrize("size", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("rank", [1, 2])
+def test_protection_holds_whatever_the_fault(size: float, rank: int) -> None:
     """Integrity: no alarm and yet outside, with a fault of any size, in no more than p_r / p_f."""
     s = sky("straight")
-    e, run = s.epochs[0], monitor(s.track, DEMAND)
-    v = float(run.run(drawn(s, e, np.zeros(8), 1)).critical_bias[i])
-    result = run.run(drawn(s, e, size * v * np.eye(8)[i]))
+    i, v, _ = worst("straight", rank)
+    result = monitor(s.track, DEMAND).run(drawn(s, s.epochs[0], size * v * np.eye(8)[i]))
     outside = np.abs(result.along - s.truth[0]) > result.protection
     quiet = ~result.alarm & ~result.separation_alarm
     assert np.isfinite(result.protection).all()

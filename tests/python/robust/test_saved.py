@@ -159,11 +159,12 @@ DAMAGES: dict[str, dict[str, Any]] = {
     "started": {"started": False},
     "counters": {"counters": (0,)},
     "pushes": {"pushes": 1},
-    "waiting before": {"waiting": ([5 * 10**8], [0], [20.0], [0])},
-    "waiting NaN": {"waiting": ([15 * 10**8], [0], [np.nan], [0])},
-    "waiting 1e31": {"waiting": ([15 * 10**8], [0], [1e31], [0])},
-    "waiting sensor": {"waiting": ([15 * 10**8], [2], [20.0], [0])},
-    "waiting lengths": {"waiting": ([15 * 10**8], [0, 1], [20.0], [0])},
+    "waiting before": {"waiting": ([5 * 10**8], [0], [20.0], [0], [1.0])},
+    "waiting NaN": {"waiting": ([15 * 10**8], [0], [np.nan], [0], [1.0])},
+    "waiting 1e31": {"waiting": ([15 * 10**8], [0], [1e31], [0], [1.0])},
+    "waiting sensor": {"waiting": ([15 * 10**8], [2], [20.0], [0], [1.0])},
+    "waiting factor": {"waiting": ([15 * 10**8], [0], [20.0], [0], [1e7])},
+    "waiting lengths": {"waiting": ([15 * 10**8], [0, 1], [20.0], [0], [1.0])},
     "settings": {"settings": None},
 }
 

@@ -53,7 +53,7 @@ class AnyFilter {
       const AnySystem& system, const std::vector<int>& old_index) const = 0;
 
   [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
-                                    double factor) noexcept = 0;
+                                    double factor = 1.0) noexcept = 0;
   [[nodiscard]] virtual Status estimate(Time time, StepError& error) noexcept = 0;
   /// Estimate of the last step, its time, and the noise of its measurements in order of validity.
   [[nodiscard]] virtual AnySystem::Belief belief() const noexcept = 0;

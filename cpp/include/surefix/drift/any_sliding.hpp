@@ -24,7 +24,7 @@ class AnySliding {
   [[nodiscard]] virtual ConfigStatus add(const Profile& profile, const Direction& direction,
                                          double false_alarm) noexcept = 0;
   [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
-                                    double factor) noexcept = 0;
+                                    double factor = 1.0) noexcept = 0;
   /// Ends the step; its measurements enter the window.
   [[nodiscard]] virtual Status estimate(Time time, desync::StepError& error) noexcept = 0;
   [[nodiscard]] virtual AnySystem::Belief belief() const noexcept = 0;

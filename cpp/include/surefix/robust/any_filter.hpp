@@ -50,7 +50,7 @@ class AnyFilter {
                                                        std::size_t capacity, ConfigStatus& status);
 
   [[nodiscard]] virtual Status push(Time stamp, std::int32_t sensor, double value, std::int64_t id,
-                                    double factor) noexcept = 0;
+                                    double factor = 1.0) noexcept = 0;
   [[nodiscard]] virtual Status estimate(Time time, RobustEstimate& out) noexcept = 0;
   [[nodiscard]] virtual const Counters& counters() const noexcept = 0;
   [[nodiscard]] virtual double log_likelihood() const noexcept = 0;

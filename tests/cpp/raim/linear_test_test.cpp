@@ -1,0 +1,93 @@
+#include "surefix/raim/linear_test.hpp"
+
+#include <gtest/gtest.h>
+
+#include "raim/epochs.hpp"
+#include "surefix/raim/affine_fit.hpp"
+#include "surefix/raim/power.hpp"
+
+namespace surefix::raim {
+namespace {
+
+using test::Random;
+
+Eigen::MatrixXd random_matrix(int rows, int columns, Random& random) {
+  Eigen::MatrixXd out(rows, columns);
+  for (int j = 0; j < columns; ++j)
+    for (int i = 0; i < rows; ++i) out(i, j) = random.normal();
+  return out;
+}
+
+TEST(LinearTest, DoesNotSeeTheNuisance) {
+  Random random(1);
+  const Eigen::MatrixXd H = random_matrix(8, 3, random), none(8, 0);
+  const Eigen::MatrixXd L = Eigen::VectorXd::LinSpaced(8, 0.5, 4.0).asDiagonal();
+  LinearTest test;
+  ASSERT_EQ(LinearTest::make(H, none, L, test), ConfigStatus::ok);
+  EXPECT_EQ(test.rank(), 3);
+  EXPECT_EQ(test.degrees(), 5);
+  EXPECT_LT((test.W() * test.whitening() * H).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LT((test.W() * test.W().transpose() - Eigen::MatrixXd::Identity(5, 5)).norm(), 1e-14);
+  const Eigen::VectorXd y = random_matrix(8, 1, random), x = random_matrix(3, 1, random);
+  const Eigen::VectorXd moved = y + H * x;
+  EXPECT_NEAR(test.statistic(y.data()), test.statistic(moved.data()), 1e-12);
+  Eigen::VectorXd z(5);
+  test.parity(y.data(), z.data());
+  EXPECT_NEAR(test.statistic(y.data()), z.squaredNorm(), 1e-12);
+}
+
+TEST(LinearTest, CountsTheRanksOfBoth) {
+  Random random(2);
+  Eigen::MatrixXd H = random_matrix(8, 4, random), M = random_matrix(8, 3, random);
+  H.col(3) = H.col(0) - 2.0 * H.col(1);
+  M.col(2) = M.col(0) + H.col(1);  // of which H hides a part
+  LinearTest test;
+  ASSERT_EQ(LinearTest::make(H, M, Eigen::MatrixXd::Identity(8, 8), test), ConfigStatus::ok);
+  EXPECT_EQ(test.rank(), 3);
+  EXPECT_EQ(test.degrees(), 2);
+  const Eigen::VectorXd hidden = H.col(0);
+  EXPECT_LT(test.statistic(hidden.data()), 1e-25);
+  ASSERT_EQ(LinearTest::make(H, H, Eigen::MatrixXd::Identity(8, 8), test), ConfigStatus::ok);
+  EXPECT_EQ(test.degrees(), 0);
+  EXPECT_EQ(LinearTest::make(H, M, Eigen::MatrixXd::Zero(8, 8), test), ConfigStatus::not_positive);
+  EXPECT_EQ(LinearTest::make(H, M, Eigen::MatrixXd::Identity(7, 7), test),
+            ConfigStatus::wrong_size);
+}
+
+TEST(AffineFit, MinimaxAlternatesWhereLeastSquaresDoesNot) {
+  // x² on [−1, 1]: the best affine function is 1/2, its error 1/2 at −1, 0 and 1.
+  Eigen::MatrixXd X(201, 1), values(201, 2);
+  for (int i = 0; i < 201; ++i) {
+    X(i, 0) = -1.0 + 0.01 * i;
+    values(i, 0) = X(i, 0) * X(i, 0);
+    values(i, 1) = std::exp(X(i, 0));
+  }
+  const AffineFit best = fit_minimax(X, values), plain = fit_least_squares(X, values);
+  EXPECT_NEAR(best.rho(0), 0.5, 1e-12);
+  EXPECT_NEAR(best.B(0), 0.5, 1e-12);
+  EXPECT_NEAR(best.A(0, 0), 0.0, 1e-12);
+  EXPECT_GT(plain.rho(0), 0.6);
+  // e^x: slope sinh 1, error (e − x₁ sinh 1 …)/2 by Chebyshev, at the samples.
+  EXPECT_NEAR(best.A(1, 0), std::sinh(1.0), 1e-9);
+  const double touch = std::log(std::sinh(1.0));
+  const double level = 0.5 * (std::exp(1.0) - std::sinh(1.0) - std::sinh(1.0) * (1.0 - touch));
+  EXPECT_NEAR(best.rho(1), level, 2e-5);
+  EXPECT_LT(best.rho(1), plain.rho(1));
+}
+
+TEST(ChiSquaredTest, BoundsItsPower) {
+  const ChiSquaredTest test = chi_squared_test(1e-5, 6);
+  EXPECT_NEAR(test.power(0.0), 1e-5, 1e-16);
+  EXPECT_NEAR(test.power(50.0) + test.missed(50.0), 1.0, 1e-14);
+  EXPECT_EQ(test.loss(30.0, 0.0), 0.0);
+  EXPECT_NEAR(test.loss(30.0, 0.5), test.power(30.0) - test.least_power(30.0, 0.5), 1e-15);
+  EXPECT_NEAR(test.gain(0.0, 0.5), test.power(0.25) - 1e-5, 1e-18);
+  EXPECT_EQ(test.least_power(0.2, 1.0), test.power(0.0));
+  for (double lambda = 0.0; lambda < 200.0; lambda += 0.5) {
+    EXPECT_LE(test.loss(lambda, 0.5), test.worst_loss(0.5) * (1 + 1e-9));
+    EXPECT_LE(test.gain(lambda, 0.5), test.worst_gain(0.5) * (1 + 1e-9));
+  }
+}
+
+}  // namespace
+}  // namespace surefix::raim

@@ -1,0 +1,204 @@
+#include "surefix/raim/track_raim.hpp"
+
+#include <gtest/gtest.h>
+
+#include "raim/epochs.hpp"
+#include "surefix/core/distributions.hpp"
+
+namespace surefix::raim {
+namespace {
+
+using testing::arc;
+using testing::epoch;
+using testing::Random;
+constexpr double anywhere = Verdict::none;
+
+/// Weighted least squares the plain way: normal equations of (l, clocks) solved by elimination.
+struct Plain {
+  double along = 0.0, variance = 0.0, statistic = 0.0;
+};
+Plain plain(const Track& track, const std::vector<Satellite>& satellites, double l, int systems) {
+  Plain out;
+  const auto m = static_cast<std::size_t>(1 + systems);
+  for (int step = 0; step < 20; ++step) {
+    std::vector<std::vector<double>> A(m, std::vector<double>(m + 2, 0.0));
+    for (std::size_t i = 0; i < m; ++i) A[i][m + 1] = i == 0 ? 1.0 : 0.0;
+    const TrackPoint here = track.at(l);
+    for (const Satellite& s : satellites) {
+      const Sight sight = look(here, s.position, 0.0);
+      std::vector<double> row(m, 0.0);
+      row[0] = sight.slope;
+      row[static_cast<std::size_t>(1 + s.system)] = 1.0;
+      const double w = 1.0 / (s.sigma * s.sigma), y = s.pseudorange - sight.range;
+      for (std::size_t i = 0; i < m; ++i) {
+        for (std::size_t j = 0; j < m; ++j) A[i][j] += w * row[i] * row[j];
+        A[i][m] += w * row[i] * y;
+      }
+    }
+    for (std::size_t p = 0; p < m; ++p)  // Gauss–Jordan, two right-hand sides
+      for (std::size_t i = 0; i < m; ++i) {
+        if (i == p) continue;
+        const double f = A[i][p] / A[p][p];
+        for (std::size_t j = p; j < m + 2; ++j) A[i][j] -= f * A[p][j];
+      }
+    out.variance = A[0][m + 1] / A[0][0];
+    l += A[0][m] / A[0][0];
+    out.along = l;
+    out.statistic = 0.0;
+    const TrackPoint after = track.at(l);
+    for (const Satellite& s : satellites) {
+      const double clock =
+          A[static_cast<std::size_t>(1 + s.system)][m] /
+          A[static_cast<std::size_t>(1 + s.system)][static_cast<std::size_t>(1 + s.system)];
+      const double r = (s.pseudorange - look(after, s.position, 0.0).range - clock) / s.sigma;
+      out.statistic += r * r;
+    }
+  }
+  return out;
+}
+
+TEST(TrackRaim, SolvesAsPlainLeastSquaresDoes) {
+  const Track track = arc();
+  Random random(1);
+  for (int systems = 1; systems <= 3; ++systems) {
+    const TrackRaim monitor(track, {});
+    const auto satellites = epoch(track, 37.0, 10, systems, random);
+    const Verdict verdict = monitor.judge(satellites.data(), 10, anywhere);
+    ASSERT_EQ(verdict.status, Solvable::ok);
+    const Plain expected = plain(track, satellites, 0.0, systems);
+    EXPECT_NEAR(verdict.along, expected.along, 1e-5);
+    EXPECT_NEAR(verdict.sigma, std::sqrt(expected.variance), 1e-6 * verdict.sigma);
+    EXPECT_NEAR(verdict.statistic, expected.statistic, 1e-5);
+    EXPECT_EQ(verdict.degrees, 10 - 1 - systems);
+    EXPECT_NEAR(verdict.clock[0], 1000.0, 40.0);
+  }
+}
+
+TEST(TrackRaim, FindsAndTakesOutFaultySatellites) {
+  const Track track = arc();
+  Random random(2);
+  MonitorSettings settings;
+  settings.max_excluded = 3;
+  const TrackRaim monitor(track, settings);
+  for (int faulty = 0; faulty <= 3; ++faulty) {
+    auto satellites = epoch(track, -120.0, 12, 2, random, 0.5);
+    const int which[] = {1, 6, 8};
+    for (int k = 0; k < faulty; ++k)
+      satellites[static_cast<std::size_t>(which[k])].pseudorange += 150.0 + 120.0 * k;
+    const Verdict verdict = monitor.judge(satellites.data(), 12, anywhere);
+    EXPECT_EQ(verdict.declared, faulty == 0 ? Declared::ok : Declared::excluded);
+    EXPECT_EQ(verdict.excluded, faulty);
+    EXPECT_EQ(verdict.used, 12 - faulty);
+    for (int k = 0; k < faulty; ++k)
+      EXPECT_TRUE(verdict.taken_out[static_cast<std::size_t>(which[k])]);
+    EXPECT_NEAR(verdict.along, -120.0, 5.0 * verdict.sigma);
+    EXPECT_LT(verdict.protection, 1000.0);
+  }
+}
+
+TEST(TrackRaim, SeparationIsTheSolutionWithoutTheSatellites) {
+  Eigen::MatrixXd ends(2, 3);
+  ends << -300.0, 40.0, 0.0, 300.0, -20.0, 5.0;
+  Track track;  // straight: a set's solution is linear, the plain one iterated
+  ASSERT_EQ(Track::make(ends, 0.0, -300.0, track), ConfigStatus::ok);
+  Random random(3);
+  const auto satellites = epoch(track, 10.0, 9, 2, random);
+  Selection all;
+  for (int i = 0; i < 9; ++i) all.index[static_cast<std::size_t>(all.size++)] = i;
+  const Fix fix = find_fix(track, satellites.data(), all, {}, anywhere);
+  ASSERT_TRUE(fix.ok());
+  for (int i = 0; i < 9; ++i)
+    for (int j = i + 1; j < 9; ++j) {
+      const SetSolution set = without(fix.geometry, fix.residual.data(), i, j);
+      std::vector<Satellite> rest;
+      for (int k = 0; k < 9; ++k)
+        if (k != i && k != j) rest.push_back(satellites[static_cast<std::size_t>(k)]);
+      const Plain expected = plain(track, rest, fix.along, 2);
+      EXPECT_NEAR(set.shift, expected.along - fix.along, 1e-4);
+      EXPECT_NEAR(set.variance + fix.geometry.sigma() * fix.geometry.sigma(), expected.variance,
+                  1e-5 * expected.variance);
+    }
+}
+
+TEST(TrackRaim, SaysWhyThereIsNoAnswer) {
+  const Track track = arc();
+  Random random(4);
+  const TrackRaim monitor(track, {});
+  auto satellites = epoch(track, 0.0, 10, 1, random);
+  EXPECT_EQ(monitor.judge(satellites.data(), 0, anywhere).status, Solvable::too_few);
+  EXPECT_EQ(monitor.judge(satellites.data(), 2, anywhere).status, Solvable::too_few);
+  EXPECT_EQ(monitor.judge(satellites.data(), 3, anywhere).status, Solvable::ok);
+
+  auto same = satellites;
+  for (Satellite& s : same) s.position = satellites[0].position;
+  EXPECT_EQ(monitor.judge(same.data(), 10, anywhere).status, Solvable::geometry);
+
+  auto bad = satellites;
+  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+  bad[0].pseudorange = nan;
+  bad[1].sigma = infinity;
+  bad[2].position[1] = -infinity;
+  bad[3].system = max_systems;
+  bad[4].sigma = 0.0;
+  const Verdict rest = monitor.judge(bad.data(), 10, anywhere);
+  EXPECT_EQ(rest.status, Solvable::ok);
+  EXPECT_EQ(rest.used, 5);
+  EXPECT_TRUE(std::isnan(rest.residual[0]));
+
+  std::vector<Satellite> many(max_satellites + 1, satellites[0]);
+  const Verdict too_many = monitor.judge(many.data(), max_satellites + 1, anywhere);
+  EXPECT_EQ(too_many.status, Solvable::too_many);
+  EXPECT_EQ(too_many.declared, Declared::not_available);
+  EXPECT_TRUE(std::isnan(too_many.along));
+
+  const TrackPoint far = track.at(900.0);
+  for (Satellite& s : satellites) s.pseudorange = look(far, s.position, 0.0).range;
+  EXPECT_EQ(monitor.judge(satellites.data(), 10, anywhere).status, Solvable::off_track);
+}
+
+TEST(TrackRaim, ASystemWithOneSatelliteChangesNothing) {
+  const Track track = arc();
+  Random random(5);
+  auto satellites = epoch(track, 55.0, 9, 1, random);
+  const TrackRaim monitor(track, {});
+  const Verdict before = monitor.judge(satellites.data(), 8, anywhere);
+  satellites[8].system = 3;
+  const Verdict after = monitor.judge(satellites.data(), 9, anywhere);
+  EXPECT_NEAR(after.along, before.along, 1e-5);
+  EXPECT_EQ(after.degrees, before.degrees);
+  EXPECT_EQ(after.critical_bias[8], std::numeric_limits<double>::infinity());
+  // One hypothesis more of no consequence, and more sets of satellites that may be faulty at once.
+  EXPECT_NEAR(after.protection, before.protection, 0.02 * before.protection);
+}
+
+TEST(TrackRaim, WhereTheIterationBeginsChangesNothing) {
+  const Track track = arc();
+  Random random(6);
+  const TrackRaim monitor(track, {});
+  const auto satellites = epoch(track, 210.0, 10, 2, random);
+  const Verdict a = monitor.judge(satellites.data(), 10, anywhere);
+  for (const double near : {-250.0, 0.0, 210.0}) {
+    const Verdict b = monitor.judge(satellites.data(), 10, near);
+    EXPECT_NEAR(a.along, b.along, 1e-5);
+    EXPECT_NEAR(a.statistic, b.statistic, 1e-5);
+  }
+}
+
+TEST(TrackRaim, RefusesSettingsThatPromiseNothing) {
+  const auto refused = [](auto&& change) {
+    MonitorSettings settings;
+    change(settings);
+    return settings.check();
+  };
+  EXPECT_EQ(refused([](MonitorSettings&) {}), ConfigStatus::ok);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.length = 0.0; }), ConfigStatus::not_positive);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.interval = std::nan(""); }),
+            ConfigStatus::not_finite);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.false_alarm = 0.0; }), ConfigStatus::prior);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.risk = 1.0; }), ConfigStatus::risk);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.max_faults = 3; }), ConfigStatus::wrong_size);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.max_excluded = 5; }), ConfigStatus::wrong_size);
+}
+
+}  // namespace
+}  // namespace surefix::raim
