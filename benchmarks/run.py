@@ -19,6 +19,7 @@ import numpy as np
 
 import gradient
 import hypotheses
+import monitor
 import surefix as sf
 import switching_filters
 import w1
@@ -133,9 +134,11 @@ def main() -> None:
     switching_filters.show(switching)
     gradients = gradient.measure(ROOT / "build" / "bench", arguments.repeats)
     gradient.show(gradients)
+    raim = monitor.measure(ROOT / "build" / "bench", arguments.repeats)
+    monitor.show(raim)
     report: dict[str, Any] = {
         "count": arguments.count, "w1": table, "import": imports, "hypotheses": robust,
-        "switching": switching, "gradient": gradients,
+        "switching": switching, "gradient": gradients, "raim": raim,
     }  # fmt: skip
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     arguments.json.write_text(json.dumps(report, indent=2) + "\n")

@@ -128,9 +128,10 @@ def noise_models(drive: Drive) -> dict[str, Array]:
 
 
 def outliers(drive: Drive, sigma: Array) -> float:
-    """Share of the residuals of the first half beyond ``OUTLIER`` σ."""
+    """Share of the residuals of the first half beyond ``OUTLIER`` σ, at least ``FAULTY``."""
     fitted = ~drive.back[drive.data.epoch]
-    return float(np.mean(np.abs(drive.residual[fitted]) > OUTLIER * sigma[fitted]))
+    share = float(np.mean(np.abs(drive.residual[fitted]) > OUTLIER * sigma[fitted]))
+    return max(share, FAULTY)
 
 
 Epochs = list[tuple[int, raim.Pseudoranges]]
@@ -146,6 +147,23 @@ def alone(drive: Drive, sigma: Array) -> Epochs:
             sigma[rows], data.system[rows],
         )))  # fmt: skip
     return out
+
+
+def correlation(drive: Drive, sigma: Array) -> float:
+    """Of the residuals of a satellite, ``EVERY`` epochs apart, over the first half; in σ, cut at
+    ``OUTLIER``."""
+    data = drive.data
+    size = np.clip(drive.residual / sigma, -OUTLIER, OUTLIER)
+    product = square = 0.0
+    for name in np.unique(data.satellite):
+        of, its = np.full(data.epochs, np.nan), data.satellite == name
+        of[data.epoch[its]] = size[its]
+        of = of[~drive.back]
+        pairs = of[EVERY:] * of[:-EVERY]
+        product += float(np.nansum(pairs))
+        both = (of[EVERY:] ** 2 + of[:-EVERY] ** 2) / 2
+        square += float(np.nansum(both))
+    return product / square
 
 
 def monitor(drive: Drive, epochs: Epochs, known: bool = False, **options: Any) -> dict[str, Array]:
@@ -177,8 +195,11 @@ def monitored(drive: Drive, sigma: Array) -> Iterator[tuple[str, float, Limits]]
     for risk in RISKS:
         half = two_sided_quantile(risk) * plain["sigma"]
         yield "no monitor", risk, (plain["along"] - half, plain["along"] + half)
-        for kind, most, faulty in (*KINDS, ("exclusion of 2, p_f measured", 2, often)):
-            found = monitor(drive, epochs, risk=risk, fault_probability=faulty, max_excluded=most)
+        for kind, most, faulty in (*KINDS, (MEASURED, 2, often), (KNOWN, 2, FAULTY)):
+            found = monitor(
+                drive, epochs, kind == KNOWN, risk=risk, fault_probability=faulty,
+                max_excluded=most,
+            )  # fmt: skip
             low, high = found["along"] - found["half"], found["along"] + found["half"]
             yield kind, risk, (low, high)
 
@@ -237,7 +258,7 @@ def robust(drive: Drive, sigma: Array, guess: Array, carried: bool) -> dict[floa
         if not carried:
             at = mean = float(guess[epoch]) if np.isfinite(guess[epoch]) else at
             deviation = WIDE[0]
-        for beam in (256, 256, BEAM):
+        for beam in (256, BEAM) if carried else (256, 256, BEAM):
             parts, estimate = mixture(drive, sigma, epoch, at, (mean, deviation), p, beam)
             base, at = at, at + float(estimate.x[0])
         weight = np.exp(parts["log_weight"] - parts["log_weight"].max())
@@ -272,8 +293,14 @@ def claims(drive: Drive, sigma: Array) -> Iterator[tuple[str, float, Limits]]:
     """Of all kinds of limits and all risks."""
     yield from monitored(drive, sigma)
     guess = monitor(drive, alone(drive, sigma), max_excluded=4)["along"]
-    for kind, carried in (("hypotheses, snapshot", False), ("hypotheses, carried", True)):
-        for risk, limits in robust(drive, sigma, guess, carried).items():
+    rho = correlation(drive, sigma)
+    # As many samples of a first-order process are worth (1 - ρ)/(1 + ρ) as many independent ones.
+    wide = sigma * np.sqrt((1 + rho) / (1 - rho))
+    for kind, used, carried in (
+        ("hypotheses, snapshot", sigma, False), ("hypotheses, carried", sigma, True),
+        ("hypotheses, carried, wide", wide, True),
+    ):  # fmt: skip
+        for risk, limits in robust(drive, used, guess, carried).items():
             yield kind, risk, limits
 
 
@@ -289,6 +316,7 @@ def analyse(drive: Drive) -> tuple[dict[str, Any], dict[tuple[str, str, float], 
         plain = monitor(drive, alone(drive, sigma), max_excluded=0)["along"]
         figures["noise"].append({
             "noise": noise, "outliers": outliers(drive, sigma),
+            "correlation": correlation(drive, sigma),
             **{f"sigma_at_{power}": float(np.median(sigma[drive.cn0.round() == power]))
                for power in (30, 40, 50)},
             "alarms": float(np.mean(errors["alarm"][kept])),

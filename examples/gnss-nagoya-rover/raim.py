@@ -29,7 +29,7 @@ MASK, STATED = 10.0, 0.52
 LENGTH, EVERY = 50.0, 15  # m, L; of the epochs, for biases: they hardly differ
 HEADINGS = (90.0, 0.0)  # degrees from north
 SIZES = (5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0, 200.0)  # m
-LIMIT = 10.0  # m, alert limit of the Stanford diagram
+LIMIT = 5.0  # m, alert limit of the Stanford diagram
 
 
 def read(folder: Path) -> Station:

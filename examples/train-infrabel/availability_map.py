@@ -1,4 +1,4 @@
-"""Where along a railway the track monitor is available (train-infrabel, satellites of car-smartloc).
+"""Where along a railway the track monitor is available (train-infrabel).
 
 ``python examples/train-infrabel/availability_map.py [../shared/data/train-infrabel] --satellites
 ../shared/data/car-smartloc --out DIR`` takes the satellites that a receiver in Berlin had at once,
@@ -32,7 +32,8 @@ ZENITH, ELEVATION, MISSED = 2.0, 10.0, 1e-3
 LENGTHS = (30.0, 40.0)  # m, L
 NEAR, FAR = None, 100.0  # m, half-width of K: L/2; and where nothing better is known
 CUTTING = raim.Cutting(500.0, 1500.0, left_deg=60.0, right_deg=40.0)  # by hand, for 28573
-LASTING, APART = 5.0, 100.0  # s, without satellites, for a tunnel; m, gaps that are closed
+# s, without satellites, for a tunnel; m, gaps that are closed: positions are as wrong in there
+LASTING, APART = 5.0, 300.0
 
 
 def satellites(folder: Path) -> tuple[Array, npt.NDArray[np.str_]]:

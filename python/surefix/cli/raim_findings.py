@@ -10,6 +10,7 @@ import numpy as np
 
 from surefix import __version__
 from surefix.cli.raim_monitored import Monitored
+from surefix.cli.raim_warnings import warnings
 from surefix.core.checks import FloatArray
 from surefix.raim.availability import AvailabilityMap
 from surefix.raim.monitor import TrackRaim
@@ -56,6 +57,7 @@ def summarise(monitored: Monitored) -> dict[str, Any]:
         "protection_m": levels(result.protection[result.usable]),
         "protection_chi2_m": levels(result.protection_chi2[result.usable]),
     }  # fmt: skip
+    found["warnings"] = warnings(monitored)
     if inputs.truth is not None:
         found["errors"] = _errors(monitored, inputs.truth.along, inputs.truth.beside)
     return found

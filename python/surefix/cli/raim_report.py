@@ -28,6 +28,8 @@ def show(console: Console, found: Mapping[str, Any]) -> None:
     )
     console.print(Text.assemble((found["pseudoranges"], "bold"), size), soft_wrap=True)
     print_counts(console, found)
+    for text in found["warnings"]:
+        console.print(Text.assemble(("warning: ", "bold yellow"), text), soft_wrap=True)
     console.print()
     print_lines(console, {
         "alarms": _alarms(found), "available": _available(found["availability"], "epochs"),

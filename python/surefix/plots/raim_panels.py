@@ -168,15 +168,13 @@ def draw_statistic(axes: Axes, view: RaimView) -> None:
 def draw_satellites(axes: Axes, view: RaimView) -> None:
     """Satellites that the solution uses, and above them those that were taken out."""
     result, (start, end) = view.result, view.edges
-    at = np.column_stack([start, end, end]).reshape(-1)
-
-    def steps(values: npt.NDArray[np.int32]) -> FloatArray:
-        whole = values.astype(np.float64)
-        return np.column_stack([whole, whole, np.full(len(whole), np.nan)]).reshape(-1)
-
-    used, out = result.used, result.excluded_count
-    axes.fill_between(at, 0.0, steps(used), color="#B5B5B5", linewidth=0)
-    axes.fill_between(at, steps(used), steps(used + out), color=style.ALARM, linewidth=0)
+    edges = np.unique(np.concatenate([start, end]))
+    epoch = np.searchsorted(start, edges[:-1], side="right") - 1
+    shown = edges[:-1] < end[epoch]  # not a gap
+    used = np.where(shown, result.used[epoch], 0)
+    out = np.where(shown, result.excluded_count[epoch], 0)
+    axes.stairs(used + out, edges, fill=True, color=style.ALARM, linewidth=0)
+    axes.stairs(used, edges, fill=True, color="#B5B5B5", linewidth=0)
     axes.set_ylim(0.0, 1.15 * max(1, int((used + out).max(initial=0))))
     axes.set_ylabel("satellites", fontsize=9)
 

@@ -14,7 +14,7 @@ from surefix.raim.power import noncentrality
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, KD, SineTrack
 
 RISK, FAULT = 1e-7, 1e-4  # p_r of the position, p_f of a satellite; the paper states neither
-NARROW = 1 + 1e-10  # quotient of the ends at which a bisection stops
+NARROW = 1 + 1e-8  # quotient of the ends at which a bisection stops
 
 
 def bisect(value: Callable[[float], float], low: float, high: float) -> float:
@@ -62,7 +62,5 @@ def shortest_interval(track: SineTrack) -> float:
 def critical(track: SineTrack, length: float) -> FloatArray:
     """λ (n,) of every satellite's v_i*, the bias at which P(|l̂ - l| > L/2) p_f = p_r."""
     sigma, root = effects(track)
-    shift = bisect(
-        lambda mu: beyond(length / 2, mu, sigma) - RISK / FAULT, 1e-6 * sigma, length
-    )
+    shift = bisect(lambda mu: beyond(length / 2, mu, sigma) - RISK / FAULT, 1e-6 * sigma, length)
     return np.square(shift * root)

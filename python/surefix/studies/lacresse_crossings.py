@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -13,8 +14,8 @@ from surefix.studies.lacresse_sine import ALPHA, EAST, GAMMA, KD, SineTrack
 from surefix.studies.lacresse_sky import Sky
 from surefix.studies.lacresse_worst import worst
 
-SMALLEST, LARGEST = 1e-3, 1e3  # v [m] between which they are looked for
-STEPS = 13  # of v, before the first crossing is narrowed down
+SMALLEST, LARGEST = 1e-5, 1e3  # v [m] between which they are looked for
+STEPS = 17  # of v, before the first crossing is narrowed down
 CREST = 0.25  # l at which the track bends most
 
 Value: TypeAlias = Callable[[SineTrack], float]
@@ -30,7 +31,7 @@ def first(sky: Sky, value: Value, limit: float, heading: float = EAST) -> float:
     if above(0.0) > 0:
         return 0.0
     grid = np.geomspace(SMALLEST, LARGEST, STEPS).tolist()
-    for low, high in zip(grid, grid[1:], strict=False):
+    for low, high in pairwise(grid):
         if above(high) > 0:
             return bisect(above, low, high)
     return float("nan")

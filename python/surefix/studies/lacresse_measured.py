@@ -14,7 +14,6 @@ from surefix.studies.lacresse_sampling import Share, false_alarms, missed_faults
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, SineTrack
 from surefix.studies.lacresse_worst import Worst, parity_error, worst
 
-NEAR = 3.0  # standard errors that a share may be beyond a bound which the truth reaches
 Row = dict[str, Any]
 
 
@@ -55,13 +54,13 @@ def worst_bias(track: SineTrack, model: AffineModel, of: Worst) -> FloatArray:
 def satellite_bias(model: AffineModel, of: Worst, noncentrality: float) -> FloatArray:
     """(n,) [m] of the worst satellite, with that λ."""
     unit = np.eye(len(model.A))[of.satellite] * of.sign
-    return unit * np.sqrt(noncentrality / float(model.test.noncentrality(unit)))
+    return np.asarray(unit * np.sqrt(noncentrality / model.test.noncentrality(unit)))
 
 
-def inside(row: Row, bound: str) -> bool:
-    """Whether a measured share is within the bounds, or no farther outside than it may be where
-    the truth reaches them."""
-    margin = NEAR * row["error"]
+def inside(row: Row, bound: str, errors: float) -> bool:
+    """Whether a measured share is within the bounds, or beyond them by so many standard errors:
+    where the truth reaches a bound, half of the shares are beyond it."""
+    margin = errors * row["error"]
     return bool(row[f"low_{bound}"] - margin <= row["value"] <= row[f"high_{bound}"] + margin)
 
 

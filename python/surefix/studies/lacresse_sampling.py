@@ -24,10 +24,11 @@ class Share:
 
 
 def false_alarms(track: SineTrack, l: float, runs: int, seed: int) -> Share:  # noqa: E741
-    """At l, with no fault. The noise is widened in the parity space until half of it or so is
-    beyond the threshold."""
+    """At l, with no fault. The noise is widened in the parity space until Λ is about the threshold
+    on average."""
     model = track.model()
-    scale = float(np.sqrt(model.test.threshold / model.degrees))
+    moved = float(np.square(parity_error(track, model, np.array([l]))).sum())
+    scale = float(np.sqrt(max((model.test.threshold - moved) / model.degrees, 1.0)))
     centre = np.zeros(model.degrees)
     alarm, weight = _run(track, model, l, np.zeros(len(model.A)), centre, scale, runs, seed)
     return _share(alarm * weight)

@@ -35,7 +35,8 @@ class SineTrack:
         turn = np.radians(self.heading)
         forward = np.array([np.sin(turn), np.cos(turn), 0.0])
         left = np.array([-np.cos(turn), np.sin(turn), 0.0])
-        return self.sky.satellites @ np.array([forward, left, [0.0, 0.0, 1.0]]).T
+        axes = np.array([forward, left, [0.0, 0.0, 1.0]])
+        return np.asarray(self.sky.satellites @ axes.T)
 
     def position(self, l: FloatArray) -> FloatArray:  # noqa: E741
         """(k, 3) [m] of l (k,)."""
@@ -44,7 +45,8 @@ class SineTrack:
     def distances(self, X: FloatArray) -> FloatArray:
         """D (k, n) [m] of X = l (k, 1), less the distances from the origin, which B would take."""
         to = self.satellites - self.position(X[:, 0])[:, None]
-        return np.linalg.norm(to, axis=2) - np.linalg.norm(self.satellites, axis=1)
+        ranges = np.linalg.norm(to, axis=2)
+        return np.asarray(ranges - np.linalg.norm(self.satellites, axis=1))
 
     @property
     def bend(self) -> FloatArray:
@@ -55,7 +57,7 @@ class SineTrack:
         nearest = np.linalg.norm(self.satellites, axis=1) - reach
         sideways = (np.abs(self.satellites[:, 1]) + abs(self.amplitude)) / nearest
         bound = (KD**2 + rate**2) / nearest + np.minimum(sideways, 1.0) * 2 * np.pi * rate
-        return bound[:, None]
+        return np.asarray(bound[:, None])
 
     def model(
         self, fit: str = "least-squares", low: float = 0.0, high: float = 1.0, points: int = POINTS

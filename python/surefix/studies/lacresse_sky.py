@@ -51,7 +51,7 @@ class Sky:
     def elevation(self) -> FloatArray:
         """(n,) [degrees]."""
         east, north, up = self.satellites.T
-        return np.degrees(np.arctan2(up, np.hypot(east, north)))
+        return np.asarray(np.degrees(np.arctan2(up, np.hypot(east, north))))
 
 
 def make_sky(

@@ -45,7 +45,7 @@ def parity_error(track: SineTrack, model: AffineModel, l: FloatArray) -> FloatAr
     """W E(l) (k, n - q), whitened, at l (k,)."""
     X = l[:, None]
     error = track.distances(X) - X @ model.A.T - model.B
-    return error @ (model.W @ model.test.whitening).T
+    return np.asarray(error @ (model.W @ model.test.whitening).T)
 
 
 def worst(track: SineTrack, length: float) -> Worst:

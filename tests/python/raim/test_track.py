@@ -72,7 +72,8 @@ def test_shapes(name: str) -> None:
 @each
 def test_bounds_between_two_mileages(name: str) -> None:
     """|c''| has no maximum between two knots: its supremum over the pieces that the interval
-    touches is at a knot. A bound is no less than over the interval, and no more than over those."""
+    touches is at a knot. A bound is no less than over the interval, and no more than over those;
+    for curvature, over the square of the least speed that the middle of a piece allows, h/2 off."""
     known, track = spline(POINTS[name]), sf.raim.Track(POINTS[name])
     rng, knots = np.random.RandomState(3), known.knots
     tolerance = 1e-12 + 24 * ROUNDING / float(np.diff(knots).min()) ** 2
@@ -80,17 +81,17 @@ def test_bounds_between_two_mileages(name: str) -> None:
     for length in (0.0, 1.0, 50.0, 400.0):
         l0 = float(rng.uniform(known.low - 50.0, known.high + 50.0))
         l1, inside = l0 + length, np.linspace(l0, l0 + length, 2001)
-        first = np.clip(np.searchsorted(knots, l0, "right") - 1, 0, len(knots) - 1)
-        last = np.clip(np.searchsorted(knots, l1, "left"), 0, len(knots) - 1)
-        most = float(at_knots[first : last + 1].max(initial=0.0))
+        first = int(np.clip(np.searchsorted(knots, l0, "right") - 1, 0, len(knots) - 2))
+        last = int(np.clip(np.searchsorted(knots, l1, "left"), first + 1, len(knots) - 1))
+        most = float(at_knots[first : last + 1].max())
         bend = float(np.linalg.norm(known.bend(inside), axis=1).max())
         assert bend - tolerance <= track.bend_bound(l0, l1) <= most + tolerance
-        # |c' x c''| / |c'|^3 <= |c''| / |c'|^2
         touched = np.linspace(knots[first], knots[last], 2001)
-        slowest = float(np.linalg.norm(known.tangent(touched), axis=1).min())
+        speed = float(np.linalg.norm(known.tangent(touched), axis=1).min())
+        speed -= 0.5 * most * float(np.diff(knots[first : last + 1]).max())
         curvature = float(known.curvature(inside).max())
-        assert track.curvature_bound(l0, l1) >= curvature - tolerance
-        assert track.curvature_bound(l0, l1) <= 1.1 * most / slowest**2 + 2 * tolerance
+        assert curvature - tolerance <= track.curvature_bound(l0, l1)
+        assert track.curvature_bound(l0, l1) <= (most + 2 * tolerance) / speed**2
 
 
 @each
@@ -129,7 +130,7 @@ def test_smoothing_stays_within_its_tolerance(tolerance: float) -> None:
     assert track.error == pytest.approx(off.max(), abs=2 * ROUNDING)
     assert 0.9 * tolerance < off.max() <= tolerance + ROUNDING  # the smoothest goes to the limit
     between = np.linalg.norm(track.position(l) - known.polyline(l), axis=1)
-    assert off.max() - ROUNDING <= between.max() <= track.edge_error + ROUNDING
+    assert max(between.max(), off.max()) <= track.edge_error + ROUNDING
     assert roughness(track) < roughness(exact)
 
 
