@@ -1,9 +1,11 @@
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "arrays.hpp"
 #include "surefix/raim/affine_fit.hpp"
+#include "surefix/raim/follower.hpp"
 #include "surefix/raim/linear_test.hpp"
 #include "surefix/raim/power.hpp"
 #include "surefix/raim/track_raim.hpp"
@@ -161,7 +163,7 @@ struct Columns {
     }
   }
 
-  [[nodiscard]] py::dict named(double near) const {
+  [[nodiscard]] py::dict named() const {
     py::dict out;
     out["status"] = status, out["declared"] = declared, out["used"] = used;
     out["excluded_count"] = excluded, out["degrees"] = degrees, out["alarm"] = alarm;
@@ -171,7 +173,7 @@ struct Columns {
     out["bound"] = bound, out["e1"] = e1, out["e2"] = e2, out["clock"] = clock;
     out["protection_chi2"] = snapshot_protection, out["protection"] = protection;
     out["excluded"] = taken_out, out["residual"] = residual, out["critical_bias"] = critical_bias;
-    out["missed_at_critical"] = missed, out["near"] = near;
+    out["missed_at_critical"] = missed;
     return out;
   }
 
@@ -182,33 +184,39 @@ struct Columns {
       residual, critical_bias, missed, clock;
 };
 
-/// Epoch t holds the rows begin[t] … begin[t + 1] − 1. Each begins where the last one ended.
-py::dict judge(const Monitor& monitor, const IntArray& begin, const Array& position,
-               const Array& pseudorange, const Array& sigma, const IntArray& system, double near) {
-  const py::ssize_t T = begin.shape(0) - 1, N = pseudorange.shape(0);
-  if (T < 0 || begin.at(0) < 0 || begin.at(T) > N || position.shape(0) != N ||
+/// Epoch t holds the rows begin[t] … begin[t + 1] − 1.
+py::dict judge(const Monitor& monitor, const Array& time, const IntArray& begin,
+               const Array& position, const Array& pseudorange, const Array& sigma,
+               const IntArray& system, double max_speed, double near,
+               const py::function& progress) {
+  const py::ssize_t T = time.shape(0), N = pseudorange.shape(0);
+  if (begin.shape(0) != T + 1 || begin.at(0) < 0 || begin.at(T) > N || position.shape(0) != N ||
       sigma.shape(0) != N || system.shape(0) != N)
     throw std::invalid_argument("epochs: wrong sizes");
+  constexpr py::ssize_t chunk = 2000;
   Columns columns(T, N);
-  {
-    py::gil_scoped_release release;
-    std::vector<Satellite> epoch;
-    for (py::ssize_t t = 0; t < T; ++t) {
-      const py::ssize_t first = begin.data()[t], end = begin.data()[t + 1];
-      epoch.clear();
-      for (py::ssize_t k = first; k < end; ++k)
-        epoch.push_back(
-            {{position.data()[3 * k], position.data()[3 * k + 1], position.data()[3 * k + 2]},
-             pseudorange.data()[k],
-             sigma.data()[k],
-             static_cast<int>(system.data()[k])});
-      const Verdict verdict =
-          monitor.raim.judge(epoch.data(), static_cast<int>(epoch.size()), near);
-      columns.put(t, first, end, verdict);
-      if (verdict.status == Solvable::ok) near = verdict.along;
+  Follower follower(monitor.raim, max_speed, near);
+  std::vector<Satellite> epoch;
+  for (py::ssize_t done = 0; done < T; done += chunk) {
+    {
+      py::gil_scoped_release release;
+      for (py::ssize_t t = done; t < std::min(done + chunk, T); ++t) {
+        const py::ssize_t first = begin.data()[t], end = begin.data()[t + 1];
+        epoch.clear();
+        for (py::ssize_t k = first; k < end; ++k) {
+          const double* p = position.data() + 3 * k;
+          epoch.push_back({{p[0], p[1], p[2]},
+                           pseudorange.data()[k],
+                           sigma.data()[k],
+                           static_cast<int>(system.data()[k])});
+        }
+        const int n = static_cast<int>(epoch.size());
+        columns.put(t, first, end, follower.judge(time.data()[t], epoch.data(), n));
+      }
     }
+    progress(std::min(done + chunk, T), T);
   }
-  return columns.named(near);
+  return columns.named();
 }
 
 template <class Enum>
@@ -269,8 +277,9 @@ void bind_raim(py::module_& module) {
       .def(py::init(&make_monitor), py::arg("track"), py::arg("length"), py::arg("false_alarm"),
            py::arg("missed"), py::arg("risk"), py::arg("fault_probability"), py::arg("max_faults"),
            py::arg("max_excluded"), py::arg("interval"), py::arg("rotation"))
-      .def("judge", &judge, py::arg("begin"), py::arg("position"), py::arg("pseudorange"),
-           py::arg("sigma"), py::arg("system"), py::arg("near"));
+      .def("judge", &judge, py::arg("time"), py::arg("begin"), py::arg("position"),
+           py::arg("pseudorange"), py::arg("sigma"), py::arg("system"), py::arg("max_speed"),
+           py::arg("near"), py::arg("progress"));
 }
 
 }  // namespace surefix::bindings

@@ -43,7 +43,8 @@ NOISES = ("stated", *QUANTILES)
 OUTLIER, SPAN = 3.0, 400.0  # sigmas; m, over which an outlier may be anywhere
 KINDS = (("detection", 0, FAULTY), ("exclusion of 1", 1, FAULTY), ("exclusion of 2", 2, FAULTY),
          ("exclusion of 4", 4, FAULTY))  # fmt: skip
-MEASURED, KNOWN = "exclusion of 2, p_f measured", "exclusion of 2, begun at truth"
+MEASURED = "exclusion of 2, p_f measured"
+SEQUENCE, FASTEST = "exclusion of 2, in sequence", 15.0  # m/s
 SATELLITES, BEAM = 10, 1024  # of the robust filter: the best ones, so that no hypothesis is cut off
 EVERY = 5  # of the epochs, so about 1 Hz
 WIDE = (300.0, 1000.0, 1000.0)  # m, prior deviation of the position, and of the clocks always
@@ -54,15 +55,17 @@ WHEEL = 0.1  # m/s
 class Drive:
     data: raim.Pseudoranges
     along: Array  # (T,) true mileage [m]
+    whole: raim.Track
     legs: tuple[raim.Track, raim.Track]
     back: npt.NDArray[np.bool_]  # (T,) on the second leg
     cn0: Array  # (N,) [dBHz]
     stated: Array  # (N,) [m]
     residual: Array  # (N,) [m] of the true position, clocks removed
     speed: Array  # (T,) [m/s]
+    every: int  # of the epochs one is looked at
 
 
-def read(folder: Path) -> Drive:
+def read(folder: Path, every: int = EVERY) -> Drive:
     truth = np.genfromtxt(folder / "truth.csv", delimiter=",", names=True)
     rows = np.genfromtxt(folder / "pseudoranges.csv", delimiter=",", names=True)
     wheels = np.genfromtxt(folder / "odometry.csv", delimiter=",", names=True)
@@ -76,16 +79,17 @@ def read(folder: Path) -> Drive:
             kept.append(k)
     along = truth["s_m"]
     points, at = place[kept], along[kept]
-    turn = int(np.searchsorted(at, MEET))
+    chord = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    again = int(np.searchsorted(at, MEET - OVERLAP))
+    whole = raim.Track(points, tolerance=TOLERANCE)
     first = raim.Track(points[at < MEET + OVERLAP], tolerance=TOLERANCE)
-    start = float(first.project(points[turn - int(OVERLAP / APART)]).along)
-    second = raim.Track(points[turn - int(OVERLAP / APART) :], tolerance=TOLERANCE, start=start)
+    second = raim.Track(points[again:], tolerance=TOLERANCE, start=float(chord[again]))
     back = along >= MEET
     mileage = np.where(back, second.project(place).along, first.project(place).along)
     off = ranges(data, place[data.epoch])
     residual = without_clocks(data, data.pseudorange - off, rows["cn0_dbhz"])
-    return Drive(data, mileage, (first, second), back, rows["cn0_dbhz"], data.sigma, residual,
-                 wheels["speed_mps"])  # fmt: skip
+    return Drive(data, mileage, whole, (first, second), back, rows["cn0_dbhz"], data.sigma, residual,
+                 wheels["speed_mps"], every)  # fmt: skip
 
 
 def ranges(data: raim.Pseudoranges, place: Array) -> Array:
@@ -138,9 +142,9 @@ Epochs = list[tuple[int, raim.Pseudoranges]]
 
 
 def alone(drive: Drive, sigma: Array) -> Epochs:
-    """One epoch in ``EVERY``, each by itself, so that each is searched for along the whole leg."""
+    """One epoch in ``every``, each by itself, so that each is searched for along the whole leg."""
     data, out = drive.data, []
-    for epoch in range(0, data.epochs, EVERY):
+    for epoch in range(0, data.epochs, drive.every):
         rows = slice(int(data.begin[epoch]), int(data.begin[epoch + 1]))
         out.append((epoch, raim.Pseudoranges(
             data.time[rows], data.satellite[rows], data.position[rows], data.pseudorange[rows],
@@ -150,7 +154,7 @@ def alone(drive: Drive, sigma: Array) -> Epochs:
 
 
 def correlation(drive: Drive, sigma: Array) -> float:
-    """Of the residuals of a satellite, ``EVERY`` epochs apart, over the first half; in σ, cut at
+    """Of the residuals of a satellite, ``every`` epochs apart, over the first half; in σ, cut at
     ``OUTLIER``."""
     data = drive.data
     size = np.clip(drive.residual / sigma, -OUTLIER, OUTLIER)
@@ -159,9 +163,9 @@ def correlation(drive: Drive, sigma: Array) -> float:
         of, its = np.full(data.epochs, np.nan), data.satellite == name
         of[data.epoch[its]] = size[its]
         of = of[~drive.back]
-        pairs = of[EVERY:] * of[:-EVERY]
+        pairs = of[drive.every :] * of[: -drive.every]
         product += float(np.nansum(pairs))
-        both = (of[EVERY:] ** 2 + of[:-EVERY] ** 2) / 2
+        both = (of[drive.every :] ** 2 + of[: -drive.every] ** 2) / 2
         square += float(np.nansum(both))
     return product / square
 
@@ -188,20 +192,31 @@ Limits = tuple[Array, Array]
 """Lower and upper (T,), NaN or infinite where none is claimed."""
 
 
-def monitored(drive: Drive, sigma: Array) -> Iterator[tuple[str, float, Limits]]:
+def monitored(
+    drive: Drive, sigma: Array, risks: Sequence[float] = RISKS
+) -> Iterator[tuple[str, float, Limits]]:
     """Limits by the monitor's kind and the risk."""
     epochs, often = alone(drive, sigma), outliers(drive, sigma)
     plain = monitor(drive, epochs, max_excluded=0)
-    for risk in RISKS:
+    for risk in risks:
         half = two_sided_quantile(risk) * plain["sigma"]
         yield "no monitor", risk, (plain["along"] - half, plain["along"] + half)
-        for kind, most, faulty in (*KINDS, (MEASURED, 2, often), (KNOWN, 2, FAULTY)):
-            found = monitor(
-                drive, epochs, kind == KNOWN, risk=risk, fault_probability=faulty,
-                max_excluded=most,
-            )  # fmt: skip
-            low, high = found["along"] - found["half"], found["along"] + found["half"]
-            yield kind, risk, (low, high)
+        for kind, most, faulty in (*KINDS, (MEASURED, 2, often)):
+            found = monitor(drive, epochs, risk=risk, fault_probability=faulty, max_excluded=most)
+            yield kind, risk, (found["along"] - found["half"], found["along"] + found["half"])
+        yield SEQUENCE, risk, in_sequence(drive, sigma, risk)
+
+
+def in_sequence(drive: Drive, sigma: Array, risk: float) -> Limits:
+    """Of all epochs, each looked for where the car may have come since the last, on the whole track;
+    where the first is, is known."""
+    judge = raim.TrackRaim(
+        drive.whole, length=LENGTH, false_alarm=FALSE_ALARM, earth_rotation=True, risk=risk,
+        fault_probability=FAULTY, max_excluded=2, max_speed=FASTEST,
+    )  # fmt: skip
+    found = judge.run(drive.data.with_sigma(sigma), near=float(drive.along[0]))
+    half = np.where(found.usable, found.protection, np.nan)
+    return found.along - half, found.along + half
 
 
 def mixture(
@@ -242,19 +257,21 @@ def mixture(
 
 
 def robust(drive: Drive, sigma: Array, guess: Array, carried: bool) -> dict[float, Limits]:
-    """Limits by risk, NaN but at one epoch in ``EVERY``. ``guess`` (T,): where to begin to
+    """Limits by risk, NaN but at one epoch in ``every``. ``guess`` (T,): where to begin to
     linearise. ``carried``: the prior is the last epoch's mixture, taken for a Gaussian and moved by
     the wheel; else none to speak of."""
     p, nothing = outliers(drive, sigma), np.full(len(guess), np.nan)
     out = {risk: (nothing.copy(), nothing.copy()) for risk in RISKS}
     time = drive.data.epoch_time
     at, mean, deviation = float(drive.along[0]), float(drive.along[0]), WIDE[0]
-    for epoch in range(0, len(guess), EVERY):
+    for epoch in range(0, len(guess), drive.every):
         if epoch:
-            since = slice(epoch - EVERY, epoch + 1)
+            since = slice(epoch - drive.every, epoch + 1)
             way = float(np.trapezoid(drive.speed[since], time[since]))
             at, mean = at + way, mean + way
-            deviation = float(np.hypot(deviation, WHEEL * (time[epoch] - time[epoch - EVERY])))
+            deviation = float(
+                np.hypot(deviation, WHEEL * (time[epoch] - time[epoch - drive.every]))
+            )
         if not carried:
             at = mean = float(guess[epoch]) if np.isfinite(guess[epoch]) else at
             deviation = WIDE[0]
@@ -272,10 +289,10 @@ def robust(drive: Drive, sigma: Array, guess: Array, carried: bool) -> dict[floa
 
 
 def judged(drive: Drive, limits: Limits, half: npt.NDArray[np.bool_]) -> dict[str, Any]:
-    """Of one epoch in ``EVERY`` of a half (T,): the share with limits, with limits that are of use,
+    """Of one epoch in ``every`` of a half (T,): the share with limits, with limits that are of use,
     and, of those with limits, the median half-width [m], the share that is misleading, and in how
     many stretches without a break."""
-    chosen = np.flatnonzero(half & (np.arange(len(half)) % EVERY == 0))
+    chosen = np.flatnonzero(half & (np.arange(len(half)) % drive.every == 0))
     low, high, true = limits[0][chosen], limits[1][chosen], drive.along[chosen]
     there = np.isfinite(low) & np.isfinite(high)
     wrong = there & ((true < low) | (true > high))
@@ -320,7 +337,7 @@ def analyse(drive: Drive) -> tuple[dict[str, Any], dict[tuple[str, str, float], 
             **{f"sigma_at_{power}": float(np.median(sigma[drive.cn0.round() == power]))
                for power in (30, 40, 50)},
             "alarms": float(np.mean(errors["alarm"][kept])),
-            "diverged": 1 - float(np.mean(kept[::EVERY])),
+            "diverged": 1 - float(np.mean(kept[::drive.every])),
             "other_minimum": float(np.mean(np.abs(known - plain)[kept] > OTHER)),
         })  # fmt: skip
         for kind, risk, limits in claims(drive, sigma):
@@ -338,7 +355,7 @@ def draw(drive: Drive, every: dict[tuple[str, str, float], Limits], path: Path) 
     kinds = ("no monitor", "exclusion of 2", "hypotheses, snapshot")
     figure = style.new_figure(12.0, 7.5)
     grid = figure.subplots(len(kinds), len(NOISES), sharex=True, sharey=True)
-    chosen = np.arange(0, len(drive.along), EVERY)
+    chosen = np.arange(0, len(drive.along), drive.every)
     time, true = drive.data.epoch_time[chosen], drive.along[chosen]
     for axes, kind in zip(grid, kinds, strict=True):
         for where, noise in zip(axes, NOISES, strict=True):
@@ -366,8 +383,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("data", type=Path, nargs="?", default=DATA, help="folder of the recording")
     parser.add_argument("--out", type=Path, default=Path("/tmp/car-smartloc"), help="to write to")
     parser.add_argument("--first", action="store_true", help="print the fitted half")
+    parser.add_argument("--every", type=int, default=EVERY, help="of the epochs to look at")
     given = parser.parse_args(arguments)
-    drive = read(given.data)
+    drive = read(given.data, given.every)
     figures, every = analyse(drive)
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / "figures.json").write_text(tables.as_json(figures, 2) + "\n", encoding="utf-8")

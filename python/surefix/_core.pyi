@@ -1,6 +1,6 @@
 """Types of the engine. Private: use `import surefix`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, overload
 
 import numpy as np
@@ -448,10 +448,13 @@ class TrackRaimEngine:
     ) -> None: ...
     def judge(
         self,
+        time: npt.ArrayLike,
         begin: npt.ArrayLike,
         position: npt.ArrayLike,
         pseudorange: npt.ArrayLike,
         sigma: npt.ArrayLike,
         system: npt.ArrayLike,
+        max_speed: float,
         near: float,
+        progress: Callable[[int, int], None],
     ) -> dict[str, Any]: ...

@@ -80,7 +80,7 @@ class TrackTable:
 @dataclass(frozen=True)
 class MonitorTable:
     """Arguments of ``TrackRaim``; those that are None are its own defaults. ``length`` may instead
-    be given on the command line."""
+    be given on the command line. ``near`` [m]: where the journey begins, of ``TrackRaim.run``."""
 
     length: float | None = None
     false_alarm: float | None = None
@@ -90,14 +90,18 @@ class MonitorTable:
     max_faults: int | None = None
     max_excluded: int | None = None
     interval: float | None = None
+    max_speed: float | None = None
+    near: float | None = None
 
     def __post_init__(self) -> None:
         anywhere = Track([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
         TrackRaim(anywhere, **{"length": 1.0, **self.arguments()})  # which complains itself
+        if self.near is not None:
+            checks.number("near", self.near)
 
     def arguments(self) -> dict[str, Any]:
-        """Those that are given, by name."""
-        given = {one.name: getattr(self, one.name) for one in fields(self)}
+        """Those of ``TrackRaim`` itself that are given, by name."""
+        given = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "near"}
         return {name: value for name, value in given.items() if value is not None}
 
 
@@ -188,6 +192,7 @@ _PSEUDORANGES: dict[str, Kind] = {
 _TRACK: dict[str, Kind] = {"columns": toml.texts, **_numbers("tolerance", "height", "start")}
 _MONITOR: dict[str, Kind] = {
     **_numbers("length", "false_alarm", "missed", "risk", "fault_probability", "interval"),
+    **_numbers("max_speed", "near"),
     **dict.fromkeys(("max_faults", "max_excluded"), toml.whole),
 }
 _TRUTH: dict[str, Kind] = {**_texts("time", "along"), "position": toml.texts}

@@ -265,7 +265,7 @@ TEST_F(NoHeap, InEpochsOfTheTrackMonitor) {
   satellites[3].pseudorange += 300.0;
   satellites[5].pseudorange -= 200.0;
   Verdict verdict;
-  EXPECT_EQ(allocations([&] { verdict = monitor.judge(satellites.data(), 14, Verdict::none); }), 0);
+  EXPECT_EQ(allocations([&] { verdict = monitor.judge(satellites.data(), 14, {}); }), 0);
   EXPECT_EQ(verdict.declared, Declared::excluded);
 }
 

@@ -6,10 +6,13 @@
 namespace surefix::raim {
 namespace {
 
-constexpr int most_steps = 30;
-constexpr double settled = 1e-6;  // [m]
-constexpr int places = 257;       // along the track, when nothing is known of the position
-constexpr int samples = 8;        // on each side of l̂
+constexpr int most_steps = 50;
+constexpr int most_halvings = 40;
+constexpr double stride = 1000.0;  // [m]
+constexpr double rounding = 1e-8;  // of S, sums of squares of differences of 2e7 m
+constexpr double settled = 1e-6;   // [m]
+constexpr int places = 257;        // along the track, when nothing is known of the position
+constexpr int samples = 8;         // on each side of l̂
 
 using Values = std::array<double, max_satellites>;
 
@@ -24,14 +27,15 @@ struct Problem {
   [[nodiscard]] const Satellite& satellite(int k) const noexcept {
     return satellites[selection.index[static_cast<std::size_t>(k)]];
   }
-  /// y = (r − d(l))/σ and d'(l) of all satellites.
-  void look_from(double l, Values& y, Values& slope) const noexcept {
+  /// y = (r − d(l))/σ, d'(l) and d''(l) of all satellites.
+  void look_from(double l, Values& y, Values& slope, Values& second) const noexcept {
     const TrackPoint point = track.at(l);
     for (int k = 0; k < selection.size; ++k) {
       const auto i = static_cast<std::size_t>(k);
       const Sight sight = look(point, satellite(k).position, rotation);
       y[i] = (satellite(k).pseudorange - sight.range) * clocks.root_weight(k);
       slope[i] = sight.slope;
+      second[i] = sight.second;
     }
   }
   [[nodiscard]] double square(const Values& y) const noexcept {
@@ -40,59 +44,96 @@ struct Problem {
       sum += y[static_cast<std::size_t>(k)] * y[static_cast<std::size_t>(k)];
     return sum;
   }
-  /// Where along the track the residual is least, clocks removed.
-  [[nodiscard]] double scan() const noexcept {
-    double least = std::numeric_limits<double>::infinity(), best = track.low();
-    Values y, slope;
+  /// S(l) = ‖y‖², clocks removed.
+  [[nodiscard]] double left(double l) const noexcept {
+    const TrackPoint point = track.at(l);
+    Values y;
+    for (int k = 0; k < selection.size; ++k) {
+      const double range = look(point, satellite(k).position, rotation).range;
+      y[static_cast<std::size_t>(k)] = (satellite(k).pseudorange - range) * clocks.root_weight(k);
+    }
+    clocks.remove(y.data());
+    return square(y);
+  }
+  /// Where in [low, high] S is least.
+  [[nodiscard]] double scan(double low, double high) const noexcept {
+    double least = std::numeric_limits<double>::infinity(), best = low;
     for (int p = 0; p < places; ++p) {
-      const double l = track.low() + (track.high() - track.low()) * p / (places - 1);
-      look_from(l, y, slope);
-      clocks.remove(y.data());
-      const double value = square(y);
+      const double l = low + (high - low) * p / (places - 1), value = left(l);
       if (value < least) least = value, best = l;
     }
     return best;
+  }
+  /// Σ r_i d_i''/σ_i: what the track's bend adds to S''/2 = G − it.
+  [[nodiscard]] double bending(const Values& r, const Values& second) const noexcept {
+    double sum = 0.0;
+    for (int k = 0; k < selection.size; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      sum += r[i] * second[i] * clocks.root_weight(k);
+    }
+    return sum;
   }
 };
 
 }  // namespace
 
 Fix find_fix(const Track& track, const Satellite* satellites, const Selection& selection,
-             const MonitorSettings& settings, double near) noexcept {
+             const MonitorSettings& settings, const Whereabouts& where) noexcept {
   Fix fix;
   Problem problem{track, satellites, selection, settings.rotation};
   for (int k = 0; k < selection.size; ++k)
     problem.clocks.add(1.0 / problem.satellite(k).sigma, problem.satellite(k).system);
   if (selection.size - 1 - problem.clocks.systems() < 1) return fix;
 
-  double l = std::isnan(near) ? problem.scan() : near;
-  fix.status = Solvable::diverged;
-  const double stride = std::max(track.high() - track.low(), 100.0);
-  Values y, slope;
+  const double low = std::max(where.low, track.low() - settings.interval);
+  const double high = std::min(where.high, track.high() + settings.interval);
+  if (!(low < high)) {
+    fix.status = Solvable::off_track;
+    return fix;
+  }
+  double l = std::isnan(where.near) ? problem.scan(low, high) : where.near;
+  double S = problem.left(l);
+  Values y, slope, second;
   for (int step = 0; step < most_steps; ++step) {
-    problem.look_from(l, y, slope);
+    problem.look_from(l, y, slope, second);
     fix.geometry = Geometry(problem.clocks, slope.data());
     if (!fix.geometry.determined()) {
       fix.status = Solvable::geometry;
       return fix;
     }
     Values r = y;
-    const double shift = fix.geometry.remove(r.data());
-    if (!std::isfinite(shift)) return fix;
+    problem.clocks.remove(r.data());
+    const double G = 1.0 / (fix.geometry.sigma() * fix.geometry.sigma());
+    const double bent = problem.bending(r, second);
+    double shift = fix.geometry.remove(r.data());
+    fix.status = Solvable::diverged;
     if (std::abs(shift) <= settled) {
-      fix.status = Solvable::ok;
+      const bool inside = low <= l && l <= high;
+      fix.status = inside ? Solvable::ok : Solvable::off_track;
       fix.along = l;
       fix.residual = r;
       fix.statistic = problem.square(r);
       for (int c = 0; c < max_systems; ++c)
         fix.clock[static_cast<std::size_t>(c)] = problem.clocks.mean(c, y.data());
-      break;
+      return fix;
     }
-    l = std::clamp(l + std::clamp(shift, -stride, stride), track.low() - stride,
-                   track.high() + stride);
+    if (G > bent) shift *= G / (G - bent);
+    shift = std::clamp(shift, -stride, stride);
+    double next = problem.left(l + shift);
+    const double enough = S + rounding * (1.0 + S);
+    for (int half = 0; half < most_halvings && !(next <= enough); ++half) {
+      shift *= 0.5;
+      next = problem.left(l + shift);
+    }
+    if (!std::isfinite(next)) return fix;
+    l += shift;
+    S = next;
+    const double beyond = std::max(low - l, l - high);
+    if (beyond > stride) {
+      fix.status = Solvable::off_track;
+      return fix;
+    }
   }
-  const bool outside = l < track.low() - settings.interval || l > track.high() + settings.interval;
-  if (outside) fix.status = Solvable::off_track;
   return fix;
 }
 

@@ -25,7 +25,8 @@ Selection without_set(const Selection& all, const SatelliteSet& set) noexcept {
 
 }  // namespace
 
-Verdict TrackRaim::judge(const Satellite* satellites, int n, double near) const noexcept {
+Verdict TrackRaim::judge(const Satellite* satellites, int n,
+                         const Whereabouts& where) const noexcept {
   Verdict verdict;
   Selection all;
   for (int i = 0; i < n; ++i) {
@@ -36,7 +37,7 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n, double near) const 
     if (usable(satellites[i])) all.index[static_cast<std::size_t>(all.size++)] = i;
   }
   verdict.used = all.size;
-  const Fix first = fix(satellites, all, near);
+  const Fix first = fix(satellites, all, where);
   verdict.status = first.status;
   if (!first.ok()) return verdict;
 
@@ -49,30 +50,40 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n, double near) const 
                                          tables_.share(all.size, 0));
   verdict.separation_alarm = separation.alarm;
   verdict.declared = verdict.alarm || separation.alarm ? Declared::alarm : Declared::ok;
-  if (verdict.declared == Declared::alarm && exclude(satellites, all, first, verdict))
+  if (verdict.declared == Declared::alarm && exclude(satellites, all, first, where, verdict))
     return verdict;
   describe(satellites, all, first, separation, verdict);
   return verdict;
 }
 
 Fix TrackRaim::fix(const Satellite* satellites, const Selection& selection,
-                   double near) const noexcept {
-  const Fix close = find_fix(*track_, satellites, selection, settings_, near);
-  if (std::isnan(near) || close.status == Solvable::too_few || (close.ok() && !alarms(close)))
+                   const Whereabouts& where) const noexcept {
+  if (!std::isnan(where.near) && turns(where))
+    return find_fix(*track_, satellites, selection, settings_, {none, where.low, where.high});
+  const Fix close = find_fix(*track_, satellites, selection, settings_, where);
+  if (std::isnan(where.near) || close.status == Solvable::too_few || (close.ok() && !alarms(close)))
     return close;
-  const Fix anywhere = find_fix(*track_, satellites, selection, settings_, none);
+  const Whereabouts all{none, where.low, where.high};
+  const Fix anywhere = find_fix(*track_, satellites, selection, settings_, all);
   const bool better = anywhere.ok() && (!close.ok() || anywhere.statistic < close.statistic);
   return better ? anywhere : close;
 }
 
+bool TrackRaim::turns(const Whereabouts& where) const noexcept {
+  const double low = std::max(where.low, track_->low()),
+               high = std::min(where.high, track_->high());
+  const bool bounded = std::isfinite(where.low) && std::isfinite(where.high) && low < high;
+  return bounded && track_->bend_bound(low, high) * (high - low) > 1.0;
+}
+
 bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const Fix& first,
-                        Verdict& verdict) const noexcept {
+                        const Whereabouts& where, Verdict& verdict) const noexcept {
   for (int size = 1; size <= settings_.max_excluded; ++size) {
     if (first.geometry.degrees() - size < 1) break;
     const SatelliteSet set = best_exclusion(first.geometry, first.residual.data(), size);
     if (set.size == 0) continue;
     const Selection rest = without_set(all, set);
-    const Fix again = fix(satellites, rest, first.along);
+    const Fix again = fix(satellites, rest, {first.along, where.low, where.high});
     if (!again.ok() || alarms(again)) continue;
     const Separation separation = separate(again.geometry, again.residual.data(), settings_,
                                            tables_, tables_.share(all.size, size));

@@ -18,10 +18,10 @@ from surefix.cli import (
     raim_report,
     raim_tables,
 )
-from surefix.cli.raim_settings import overridden
+from surefix.cli.raim_settings import overridden, with_default
 from surefix.cli.run import ALERT
 from surefix.cli.terminal import phases, reports_errors
-from surefix.config_raim import RaimConfig, load_raim_config
+from surefix.config_raim import ELEVATION_MASK, RaimConfig, load_raim_config
 
 ALWAYS = ("epochs.csv", "satellites.csv", "raim.json", "raim.png")
 SOMETIMES = ("stanford.png", "availability.csv", "availability.png")
@@ -36,14 +36,26 @@ def raim(
     config: Annotated[Path | None, typer.Option(help="Configuration, TOML.")] = None,
     length: Annotated[Number, typer.Option(help="Of the protection interval, m.")] = None,
     sigma: Annotated[Number, typer.Option(help="σ at the zenith, m; divided by sin el.")] = None,
-    mask: Annotated[Number, typer.Option(help="Elevation mask, degrees.")] = None,
-    false_alarm: Annotated[Number, typer.Option(help="Per epoch and test.")] = None,
-    missed: Annotated[Number, typer.Option(help="How often a critical fault may be.")] = None,
-    risk: Annotated[Number, typer.Option(help="Per epoch.")] = None,
-    fault_probability: Annotated[Number, typer.Option(help="Of a satellite and epoch.")] = None,
-    max_excluded: Annotated[
-        int | None, typer.Option(help="Satellites that may be taken out.")
+    mask: Annotated[
+        Number, typer.Option(help=f"Elevation mask, degrees; {ELEVATION_MASK:g} if not given.")
     ] = None,
+    false_alarm: Annotated[
+        Number, typer.Option(help=with_default("false_alarm", "Per epoch and test"))
+    ] = None,
+    missed: Annotated[
+        Number, typer.Option(help=with_default("missed", "How often a critical fault may be"))
+    ] = None,
+    risk: Annotated[Number, typer.Option(help=with_default("risk", "Per epoch"))] = None,
+    fault_probability: Annotated[
+        Number, typer.Option(help=with_default("fault_probability", "Of a satellite, per epoch"))
+    ] = None,
+    max_excluded: Annotated[
+        int | None, typer.Option(help=with_default("max_excluded", "How many may be taken out"))
+    ] = None,
+    max_speed: Annotated[
+        Number, typer.Option(help="Of the vehicle, m/s; any if not given.")
+    ] = None,
+    near: Annotated[Number, typer.Option(help="Mileage at the beginning, m.")] = None,
     tolerance: Annotated[Number, typer.Option(help="Smooths the track by so many m.")] = None,
     earth_rotation: Annotated[
         bool, typer.Option("--earth-rotation", help="Satellite positions are at transmission.")
@@ -56,17 +68,18 @@ def raim(
     out: Annotated[Path, typer.Option(help="Folder for what is written.")] = Path("raim"),
     json: Annotated[bool, typer.Option("--json", help="What was found as JSON on stdout.")] = False,
 ) -> None:
-    """Positions on a known track from pseudoranges, with their integrity. Exit code 3 for alarms.
+    """Positions on a known track, with their integrity. Exit code 3 if there is an alarm.
 
-    Every epoch is tested, faulty satellites are taken out, and a protection level is given along
-    the track; an epoch with too few satellites is not available, never a number.
+    Every epoch is tested, faulty satellites are taken out, and a protection level along the track
+    is given; an epoch with too few satellites is not available, never a number.
     """
     settings = overridden(
         RaimConfig() if config is None else load_raim_config(config),
         {
             "length": length, "sigma": sigma, "mask": mask, "false_alarm": false_alarm,
             "missed": missed, "risk": risk, "fault_probability": fault_probability,
-            "max_excluded": max_excluded, "tolerance": tolerance, "earth_rotation": earth_rotation,
+            "max_excluded": max_excluded, "max_speed": max_speed, "near": near,
+            "tolerance": tolerance, "earth_rotation": earth_rotation,
         },
     )  # fmt: skip
     if not step > 0:

@@ -19,7 +19,7 @@ from surefix.stanford import regions
 
 SETTINGS = (
     "length", "false_alarm", "missed", "risk", "fault_probability", "max_faults", "max_excluded",
-    "interval", "earth_rotation",
+    "interval", "max_speed", "earth_rotation",
 )  # fmt: skip
 
 
@@ -68,6 +68,7 @@ def settings(monitored: Monitored) -> dict[str, Any]:
     read, monitor = monitored.inputs.config.pseudoranges, monitored.monitor
     return {
         **{name: getattr(monitor, name) for name in SETTINGS},
+        "near": monitored.inputs.config.monitor.near,
         "sigma": read.sigma,
         "sigma_zenith": read.sigma_zenith,
         "elevation_mask": read.elevation_mask,

@@ -22,7 +22,8 @@ def draw_up(
     epoch = _first(monitored)
     rows = np.arange(data.begin[epoch], data.begin[epoch + 1])
     rows = rows[monitored.finite[rows]]
-    arguments = {k: v for k, v in config.monitor.arguments().items() if k != "max_excluded"}
+    given = config.monitor.arguments().items()
+    arguments = {k: v for k, v in given if k not in ("max_excluded", "max_speed")}
     found = availability(
         inputs.track, data.position[rows], system=data.system[rows].tolist(),
         sigma=_sigma(inputs, data.sigma[rows]), step=step,

@@ -69,11 +69,12 @@ def judge(inputs: Inputs, progress: Progress) -> Monitored:
     data, track, options = inputs.data, inputs.track, inputs.config.pseudoranges
     middle = np.full(data.epochs, (track.low + track.high) / 2)
     rough = _weighed(inputs, _elevation(inputs, middle), -90.0)
-    first = make_monitor(inputs, max_excluded=0, max_faults=1).run(rough)
+    near = inputs.config.monitor.near
+    first = make_monitor(inputs, max_excluded=0, max_faults=1).run(rough, near=near)
     elevation = _elevation(inputs, _filled(first, middle))
     monitor = make_monitor(inputs)
     given = _weighed(inputs, elevation, options.elevation_mask)
-    result = monitor.run(given, progress=progress)
+    result = monitor.run(given, near=near, progress=progress)
     finite = np.isfinite(data.position).all(axis=1) & np.isfinite(data.pseudorange)
     if options.sigma_zenith is None:
         finite &= np.isfinite(data.sigma) & (data.sigma > 0)

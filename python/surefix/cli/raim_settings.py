@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
@@ -10,12 +11,16 @@ import typer
 
 from surefix.config_raim import RaimConfig
 from surefix.errors import ConfigError
+from surefix.raim.monitor import TrackRaim
 
 Table = TypeVar("Table")
 
 PSEUDORANGES = {"mask": "elevation_mask", "sigma": "sigma_zenith"}
 """Options that are keys of ``[pseudoranges]`` under another name."""
-MONITOR = ("length", "false_alarm", "missed", "risk", "fault_probability", "max_excluded")
+MONITOR = (
+    "length", "false_alarm", "missed", "risk", "fault_probability", "max_excluded", "max_speed",
+    "near",
+)  # fmt: skip
 
 
 def overridden(config: RaimConfig, options: Mapping[str, Any]) -> RaimConfig:
@@ -40,6 +45,11 @@ def overridden(config: RaimConfig, options: Mapping[str, Any]) -> RaimConfig:
             "--sigma: expected it, or sigma or sigma_zenith in [pseudoranges] of --config"
         )
     return config
+
+
+def with_default(name: str, text: str) -> str:
+    """A help text with the default of ``TrackRaim``'s argument."""
+    return f"{text}; {inspect.signature(TrackRaim).parameters[name].default:g} if not given."
 
 
 def _with(table: Table, changes: Mapping[str, Any]) -> Table:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from surefix.cli.raim_monitored import Monitored
@@ -25,11 +27,11 @@ def warnings(monitored: Monitored) -> list[str]:
             "no level claimed here can be relied on"
         )
     twice = comes_back(monitored.inputs.track, monitor.length / 2)
-    if twice is not None:
+    if twice is not None and monitor.max_speed == math.inf:
         found.append(
             f"the track comes back: at {twice[0]:.0f} m it is within {monitor.length / 2:g} m of "
-            f"where it is at {twice[1]:.0f} m; a protection level is about one of the two places, "
-            "and does not say which"
+            f"where it is at {twice[1]:.0f} m; which of the two, no single epoch can tell, and no "
+            "protection level covers it: give --max-speed, and --near for the beginning"
         )
     return found
 

@@ -18,7 +18,14 @@ from surefix.core.sensor import Sensor, make_system, sensor_tuple
 from surefix.desync.estimate import Estimate
 from surefix.desync.result import Result
 from surefix.desync.saved import checked, settings
-from surefix.desync.stream import Stream, check_ended, check_estimated, factor_of, float_or_nan, log_factors
+from surefix.desync.stream import (
+    Stream,
+    check_ended,
+    check_estimated,
+    factor_of,
+    float_or_nan,
+    log_factors,
+)
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 
@@ -104,9 +111,7 @@ class DesyncFilter(Stream):
             risk=self.risk, output=self.model.output, state_names=self.state_names, log=log,
         )  # fmt: skip
 
-    def push(
-        self, time: float, sensor: str, value: float, sigma: float | None = None
-    ) -> Status:
+    def push(self, time: float, sensor: str, value: float, sigma: float | None = None) -> Status:
         """Takes one measurement with its stamp [s]; returns what became of it. ``sigma``: standard
         deviation of this one, by default the sensor's.
 

@@ -107,7 +107,9 @@ def waiting(
             whole("waiting number", number, 0, pushes - 1),
             _factor(factor),
         ))  # fmt: skip
-    return tuple(list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [], [], [])
+    return (
+        tuple(list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [], [], [])
+    )
 
 
 def _factor(value: Any) -> float:

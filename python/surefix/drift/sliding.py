@@ -88,9 +88,7 @@ class SlidingDetector:
             if status != "ok":
                 raise ConfigError(f"detectors: refused by the engine: {status}")
 
-    def push(
-        self, time: float, sensor: str, value: float, sigma: float | None = None
-    ) -> Status:
+    def push(self, time: float, sensor: str, value: float, sigma: float | None = None) -> Status:
         """As ``DesyncFilter.push``."""
         known = isinstance(sensor, str) and sensor in self.names
         index = self.names.index(sensor) if known else -1

@@ -2,11 +2,11 @@
 
 from surefix.raim.affine import AffineModel, affine_bound
 from surefix.raim.availability import AvailabilityMap, availability
+from surefix.raim.chi_squared import missed, noncentrality, power, threshold
 from surefix.raim.geodesy import ecef_to_geodetic, geodetic_to_ecef, local_axes, sky
 from surefix.raim.linear_test import LinearTest, LinearTestResult, parity_test, ubcp_test
 from surefix.raim.masks import Cutting, Tunnel
 from surefix.raim.monitor import TrackRaim
-from surefix.raim.power import missed, noncentrality, power, threshold
 from surefix.raim.pseudorange_files import read_pseudoranges
 from surefix.raim.pseudoranges import Pseudoranges, elevation_sigma
 from surefix.raim.result import RaimResult

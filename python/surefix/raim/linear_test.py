@@ -13,7 +13,7 @@ from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.core.distributions import Values
 from surefix.errors import ConfigError, ShapeError
-from surefix.raim import power as chi_squared
+from surefix.raim import chi_squared
 
 
 @dataclass(frozen=True)
@@ -183,8 +183,8 @@ def threshold(false_alarm: float, degrees: int) -> float:
 def noise_root(name: str, noise: npt.ArrayLike, n: int) -> FloatArray:
     """Lower triangular L (n, n), L Lᵀ the covariance of the noise."""
     if np.ndim(noise) == 2:
-        root: FloatArray = np.linalg.cholesky(checks.covariance(name, noise, n, definite=True))
-        return root
+        matrix = checks.covariance(name, noise, n, definite=True)
+        return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
     sigma = checks.array(name, noise, (), (n,))
     for value in np.atleast_1d(sigma):
         checks.deviation(name, value)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import Any
-
-import numpy as np
 
 from surefix import _core
 from surefix.core import checks
@@ -13,9 +11,6 @@ from surefix.errors import ConfigError
 from surefix.raim.pseudoranges import Pseudoranges
 from surefix.raim.result import RaimResult
 from surefix.raim.track import Track
-
-CHUNK = 2000
-"""Epochs between two reports of progress."""
 
 
 class TrackRaim:
@@ -29,8 +24,10 @@ class TrackRaim:
     taken from the risk. ``max_excluded``: how many satellites may be taken out, 0 to 4; half of
     the risk is divided among the sets that could be. ``interval`` [m]: half-width of K around the
     estimate, over which the linearisation error is bounded; by default length / 2.
-    ``earth_rotation``: the satellites' positions are in the frame at transmission; the Sagnac term
-    is added.
+    ``max_speed`` [m/s]: the position is looked for within what the vehicle may have gone, at that
+    speed and ``length`` besides, since the last one that may be used: on a track that comes near
+    to itself only that tells the branches apart. ``earth_rotation``: the satellites' positions
+    are in the frame at transmission; the Sagnac term is added.
     """
 
     def __init__(
@@ -45,6 +42,7 @@ class TrackRaim:
         max_faults: int = 2,
         max_excluded: int = 2,
         interval: float | None = None,
+        max_speed: float = math.inf,
         earth_rotation: bool = False,
     ) -> None:
         self.track = checks.instance("track", track, Track)
@@ -57,6 +55,9 @@ class TrackRaim:
         self.max_excluded = checks.whole("max_excluded", max_excluded, 0, _core.MAX_EXCLUDED)
         half = self.length / 2 if interval is None else interval
         self.interval = checks.positive("interval", half)
+        self.max_speed = (
+            math.inf if max_speed == math.inf else checks.positive("max_speed", max_speed)
+        )
         self.earth_rotation = bool(earth_rotation)
         self._engine = _core.TrackRaimEngine(
             self.track.engine, self.length, self.false_alarm, self.missed, self.risk,
@@ -71,24 +72,19 @@ class TrackRaim:
         near: float | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> RaimResult:
-        """Judges all epochs, in order of time. ``near``: mileage [m] at which the first iteration
-        begins; by default the whole track is searched. ``progress`` is called with (done, total).
+        """Judges all epochs, in order of time. ``near``: mileage [m] at the beginning; by
+        default the whole track is searched. ``progress`` is called with (done, total).
         """
         data = checks.instance("pseudoranges", pseudoranges, Pseudoranges)
-        place = float("nan") if near is None else checks.number("near", near)
-        parts: list[dict[str, Any]] = []
-        for begin in range(0, data.epochs, CHUNK):
-            end = min(begin + CHUNK, data.epochs)
-            rows = slice(int(data.begin[begin]), int(data.begin[end]))
-            out = self._engine.judge(
-                data.begin[begin : end + 1] - data.begin[begin], data.position[rows],
-                data.pseudorange[rows], data.sigma[rows], data.system_code[rows], place,
-            )  # fmt: skip
-            place = out.pop("near")
-            parts.append(out)
-            if progress is not None:
-                progress(end, data.epochs)
-        if not parts:
+        if data.epochs == 0:
             raise ConfigError("pseudoranges: expected at least one epoch, got none")
-        columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        place = float("nan") if near is None else checks.number("near", near)
+        columns = self._engine.judge(
+            data.epoch_time, data.begin, data.position, data.pseudorange, data.sigma,
+            data.system_code, self.max_speed, place, progress or _ignore,
+        )  # fmt: skip
         return RaimResult(columns, data, self.length, self.risk)
+
+
+def _ignore(done: int, total: int) -> None:
+    """Nobody looks at the progress."""

@@ -26,12 +26,12 @@ def read_log(
 ) -> Log:
     """Reads a log from CSV (also .csv.gz) or Parquet.
 
-    ``time``, ``sensor``, ``value`` name the columns of a long table, ``sigma`` one with the standard
-    deviation of each reading, where there is one (an empty cell: the sensor's own). For a wide table give
-    ``columns``, from sensor to column: each such column becomes the rows of one sensor, empty cells
-    are left out. NaN, and an empty value in a long table, are counted when the log is run. Times
-    are seconds; in Parquet they may be timestamps. Raises ConfigError naming the file, the line and
-    the column of what cannot be read.
+    ``time``, ``sensor``, ``value`` name the columns of a long table, ``sigma`` one with standard
+    deviations of the readings, if there is one (an empty cell: the sensor's own). For a wide table
+    give ``columns``, from sensor to column: each such column becomes the rows of one sensor, empty
+    cells are left out. NaN, and an empty value in a long table, are counted when the log is run.
+    Times are seconds; in Parquet they may be timestamps. Raises ConfigError naming the file, the
+    line and the column of what cannot be read.
     """
     path = Path(path)
     if columns:

@@ -15,7 +15,14 @@ from surefix.core.models import Model
 from surefix.core.sensor import Sensor, make_system, sensor_tuple
 from surefix.desync.filter import MAX_CAPACITY, Status
 from surefix.desync.saved import settings
-from surefix.desync.stream import Stream, check_ended, check_estimated, factor_of, float_or_nan, log_factors
+from surefix.desync.stream import (
+    Stream,
+    check_ended,
+    check_estimated,
+    factor_of,
+    float_or_nan,
+    log_factors,
+)
 from surefix.errors import ConfigError
 from surefix.log import NO_TIME, Log
 from surefix.robust import arguments
@@ -174,9 +181,7 @@ class RobustFilter(Stream):
             sensor_names=tuple(s.name for s in self.sensors), mode_names=self.mode_names, log=log,
         )  # fmt: skip
 
-    def push(
-        self, time: float, sensor: str, value: float, sigma: float | None = None
-    ) -> Status:
+    def push(self, time: float, sensor: str, value: float, sigma: float | None = None) -> Status:
         """Takes one measurement, as ``DesyncFilter.push`` does."""
         index = next((i for i, s in enumerate(self.sensors) if s.name == sensor), -1)
         number = isinstance(time, (int, float, np.number)) and not isinstance(time, bool)

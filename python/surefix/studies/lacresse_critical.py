@@ -10,7 +10,7 @@ from math import erfc, sqrt
 import numpy as np
 
 from surefix.core.checks import FloatArray
-from surefix.raim.power import noncentrality
+from surefix.raim.chi_squared import noncentrality
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, KD, SineTrack
 
 RISK, FAULT = 1e-7, 1e-4  # p_r of the position, p_f of a satellite; the paper states neither

@@ -8,7 +8,7 @@ import numpy as np
 
 from surefix.core.checks import FloatArray
 from surefix.raim.affine import AffineModel
-from surefix.raim.power import missed
+from surefix.raim.chi_squared import missed
 from surefix.studies.lacresse_critical import critical, just_missed
 from surefix.studies.lacresse_sampling import Share, false_alarms, missed_faults
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, SineTrack

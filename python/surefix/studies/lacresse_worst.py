@@ -10,7 +10,7 @@ import numpy as np
 
 from surefix.core.checks import FloatArray
 from surefix.raim.affine import AffineModel
-from surefix.raim.power import missed, power
+from surefix.raim.chi_squared import missed, power
 from surefix.studies.lacresse_critical import critical, just_missed
 from surefix.studies.lacresse_sine import ALPHA, GAMMA, SineTrack
 
@@ -60,7 +60,7 @@ def worst(track: SineTrack, length: float) -> Worst:
         """λ_t (k, n) of the critical biases, of the sign that shows less."""
         error = parity_error(track, model, l)
         square = np.square(error).sum(axis=1, keepdims=True)
-        return np.square(root) - 2 * root * np.abs(error @ unit) + square
+        return np.asarray(np.square(root) - 2 * root * np.abs(error @ unit) + square)
 
     place, least_left = search(lambda l: -left(l).min(axis=1))  # noqa: E741
     here = np.array([place])

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from surefix.core.checks import FloatArray
+from surefix.raim.chi_squared import noncentrality, power
 from surefix.raim.monitor import TrackRaim
-from surefix.raim.power import noncentrality, power
 from surefix.raim.pseudoranges import Pseudoranges
 from surefix.raim.result import RaimResult
 

@@ -11,7 +11,7 @@ namespace {
 using testing::arc;
 using testing::epoch;
 using testing::Random;
-constexpr double anywhere = Verdict::none;
+constexpr Whereabouts anywhere{};
 
 /// Weighted least squares the plain way: normal equations of (l, clocks) solved by elimination.
 struct Plain {
@@ -178,7 +178,7 @@ TEST(TrackRaim, WhereTheIterationBeginsChangesNothing) {
   const auto satellites = epoch(track, 210.0, 10, 2, random);
   const Verdict a = monitor.judge(satellites.data(), 10, anywhere);
   for (const double near : {-250.0, 0.0, 210.0}) {
-    const Verdict b = monitor.judge(satellites.data(), 10, near);
+    const Verdict b = monitor.judge(satellites.data(), 10, {near});
     EXPECT_NEAR(a.along, b.along, 1e-5);
     EXPECT_NEAR(a.statistic, b.statistic, 1e-5);
   }

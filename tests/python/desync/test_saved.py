@@ -154,8 +154,14 @@ DAMAGE: dict[str, tuple[Any, str]] = {
         {"waiting": ([3 * 10**18 - S // 4 + 1], [1], [0.2], [1], [1.0])},
         "saved waiting time: expected",
     ),
-    "waiting sensor": ({"waiting": ([2 * S], ["radar"], [0.2], [1], [1.0])}, "saved waiting sensor"),
-    "waiting value": ({"waiting": ([2 * S], [0], ["x"], [1], [1.0])}, "saved waiting value: expected"),
+    "waiting sensor": (
+        {"waiting": ([2 * S], ["radar"], [0.2], [1], [1.0])},
+        "saved waiting sensor",
+    ),
+    "waiting value": (
+        {"waiting": ([2 * S], [0], ["x"], [1], [1.0])},
+        "saved waiting value: expected",
+    ),
     "waiting factor": (
         {"waiting": ([2 * S], [0], [0.2], [1], [0.0])},
         "saved waiting factor: expected a number from 1e-06 to 1e.06, got 0",

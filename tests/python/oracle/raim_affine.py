@@ -17,7 +17,6 @@ from mpmath import mp  # type: ignore[import-untyped]
 from scipy.optimize import linprog, minimize_scalar
 
 from oracle import raim_distributions as distributions
-from oracle.raim_distributions import Digits
 from oracle.raim_linear import Linear, Noise
 from oracle.step import Array
 
@@ -99,21 +98,22 @@ def losses(
     bound: float, degrees: int, false_alarm: float, noncentrality: float | None, gain: bool
 ) -> float:
     """e_1, or with ``gain`` e_2, at a noncentrality, or the largest of all where it is None."""
-    h = distributions.threshold(false_alarm, degrees)
-
-    def at(root: Digits) -> float:
-        other = root + bound if gain else mp.mpf(max(root - bound, 0))
-        beta = distributions.upper(h, degrees, root**2)
-        changed = distributions.upper(h, degrees, other**2)
-        return float(changed - beta if gain else beta - changed)
-
     if noncentrality is not None:
-        return at(mp.sqrt(mp.mpf(noncentrality)))
-    far = float(mp.sqrt(h)) + bound + 8.0  # beyond it either misses less than Q(8)
-    roots = np.linspace(0.0, far, 13)
-    k = int(np.argmax([at(mp.mpf(float(t))) for t in roots]))
+        low, high = powers(noncentrality, bound, degrees, false_alarm)
+        beta = distributions.power(noncentrality, degrees, false_alarm)
+        return float(high - beta if gain else beta - low)
+    h = float(distributions.threshold(false_alarm, degrees))
+
+    def at(root: float) -> float:
+        other = root + bound if gain else max(root - bound, 0.0)
+        beta = distributions.upper_in_doubles(h, degrees, root**2)
+        changed = distributions.upper_in_doubles(h, degrees, other**2)
+        return changed - beta if gain else beta - changed
+
+    roots = np.linspace(0.0, np.sqrt(h) + bound + 8.0, 25)  # beyond it either misses less than Q(8)
+    k = int(np.argmax([at(t) for t in roots]))
     found: Any = minimize_scalar(
-        lambda t: -at(mp.mpf(float(t))), method="bounded", options={"xatol": 1e-5},
-        bounds=(float(roots[max(k - 1, 0)]), float(roots[min(k + 1, 12)])),
+        lambda t: -at(t), method="bounded", options={"xatol": 1e-6},
+        bounds=(float(roots[max(k - 1, 0)]), float(roots[min(k + 1, 24)])),
     )  # fmt: skip
-    return max(-float(found.fun), at(mp.mpf(0)))
+    return max(-float(found.fun), at(0.0))

@@ -12,6 +12,7 @@ is the noncentrality.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -53,17 +54,17 @@ class Linear:
     M: Array | None = None  # (n, p), of any rank
     noise: Noise = 1.0
 
-    @property
+    @cached_property
     def root(self) -> Array:
         return whitener(self.noise, len(self.H))
 
-    @property
+    @cached_property
     def P(self) -> Array:
         """P_H of the whitened H, (n, n)."""
         H = unit(self.root @ self.H)
         return np.eye(len(H)) - H @ pseudo_inverse(H)
 
-    @property
+    @cached_property
     def seen(self) -> Array:
         """P_H M of the whitened M, (n, p), without the rounding that is left of a column of H. The
         columns of M are of length one; (4) does not change with theta's units."""
@@ -71,12 +72,12 @@ class Linear:
         PM[:, np.linalg.norm(PM, axis=0) < SINGULAR] = 0.0
         return PM
 
-    @property
+    @cached_property
     def rank(self) -> int:
         """q of the paper."""
         return rank(unit(self.root @ self.H))
 
-    @property
+    @cached_property
     def degrees(self) -> int:
         """rank(P_H M), which is n - q for M = I."""
         return rank(self.seen)
@@ -86,7 +87,7 @@ class Linear:
         PM = self.seen
         correlated = Y @ self.root @ PM  # (..., p)
         normal = pseudo_inverse(PM.T @ PM)
-        return np.asarray(np.einsum("...i,ij,...j->...", correlated, normal, correlated))
+        return np.asarray(np.sum((correlated @ normal) * correlated, axis=-1))
 
 
 def rank(A: Array) -> int:

@@ -75,11 +75,12 @@ def missed(noncentrality: Array, loss: float, degrees: int, false_alarm: float) 
     """P(no alarm) where the error of linearisation hides ``loss`` of the root of lambda, (n,). Less
     than Q(root lambda - root h), for one component is enough; below Q(14) = 1e-44 it is zero."""
     out = np.zeros(len(noncentrality))
-    most = float(np.sqrt(float(distributions.threshold(false_alarm, degrees)))) + 14.0
+    h = float(distributions.threshold(false_alarm, degrees))
+    most = np.sqrt(h) + 14.0
     for i, lam in enumerate(noncentrality):
         root = max(np.sqrt(lam) - loss, 0.0)
         if root < most:
-            out[i] = float(distributions.missed(root**2, degrees, false_alarm))
+            out[i] = distributions.lower_in_doubles(h, degrees, root**2)
     return out
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -73,9 +74,9 @@ class Scene:
         """Where each epoch's rows begin, and the number of rows."""
         return [0, *np.cumsum([e.n for e in self.epochs]).tolist()]
 
-    def rows(self, values: Array, t: int) -> Array:
+    def rows(self, values: Any, t: int) -> Any:
         """Of epoch t, out of one value a row (N,)."""
-        return np.asarray(values[self.first[t] : self.first[t + 1]])
+        return values[self.first[t] : self.first[t + 1]]
 
 
 def sky(rng: np.random.RandomState, x: Array, n: int, lowest: float = 7.0) -> Array:

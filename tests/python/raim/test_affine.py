@@ -174,7 +174,7 @@ def test_an_affine_nuisance_has_no_error() -> None:
     """Neither loss nor gain: 1e-12 of a power is not told from none."""
 
     def h(X: Array) -> Array:
-        return X @ np.array([[1.0, 2.0, -1.0, 0.5]]) + 3.0
+        return np.asarray(X @ np.array([[1.0, 2.0, -1.0, 0.5]]) + 3.0)
 
     for fit in FITS:
         model = sf.raim.affine_bound(h, -1.0, 1.0, fit=fit, bend=np.zeros((4, 1)))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import surefix as sf
 from oracle import raim_monitor as oracle
@@ -19,6 +20,7 @@ from oracle.step import Array
 from raim.scenes import curved_points, sky
 
 wrongly: Any = sf
+Flags = NDArray[np.bool_]
 POINTS = curved_points()
 KNOWN = spline(POINTS)
 SATELLITES = sky(np.random.RandomState(51), KNOWN.position(800.0), 12, lowest=2.0)
@@ -48,7 +50,7 @@ def directions(along: float) -> Array:
     return np.asarray(to @ np.array([np.cross(left, up), left, up]).T)
 
 
-def check(found: sf.raim.AvailabilityMap, k: int, seen: Array, sigma: Array) -> None:
+def check(found: sf.raim.AvailabilityMap, k: int, seen: Flags, sigma: Array) -> None:
     """The entry of PLACES[k], against an epoch without noise of the satellites that are seen."""
     along, index = float(PLACES[k]), np.flatnonzero(seen)
     assert found.satellites[k] == len(index)
@@ -190,9 +192,9 @@ def test_refused(changed: dict[str, Any], message: str) -> None:
 
 
 def test_refused_masks() -> None:
-    with pytest.raises(sf.ConfigError, match="high: .*low = 20.*10"):
+    with pytest.raises(sf.ConfigError, match=r"high: .*low = 20.*10"):
         sf.raim.Tunnel(20.0, 10.0)
-    with pytest.raises(sf.ConfigError, match="left_deg: .*-1"):
+    with pytest.raises(sf.ConfigError, match=r"left_deg: .*-1"):
         sf.raim.Cutting(0.0, 10.0, -1.0, 5.0)
-    with pytest.raises(sf.ConfigError, match="right_deg: .*95"):
+    with pytest.raises(sf.ConfigError, match=r"right_deg: .*95"):
         sf.raim.Cutting(0.0, 10.0, 1.0, 95.0)

@@ -73,7 +73,7 @@ def test_false_alarms(columns: int | None, false_alarm: float) -> None:
 
 
 @pytest.mark.parametrize("columns", [None, 1, 3])
-@pytest.mark.parametrize("missed", [0.9, 0.5, 1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("missed", [0.7, 1e-2, 1e-5])
 def test_missed_faults(columns: int | None, missed: float) -> None:
     d = drawn(columns)
     k = d.oracle.degrees
@@ -84,7 +84,7 @@ def test_missed_faults(columns: int | None, missed: float) -> None:
     h = float(distributions.threshold(1e-5, k))
     c = min(1.0, np.sqrt(h / lam))  # on the sphere of the threshold
     white = c * mean + rng.normal(size=(DRAWS, 8))
-    quiet = ~d.run(white, 1e-5)
+    quiet = np.logical_not(d.run(white, 1e-5))
     shift = (1.0 - c) * mean
     ratio = np.exp((white - c * mean) @ shift - 0.5 * shift @ shift)
     agrees(np.where(quiet, ratio, 0.0), missed)

@@ -102,7 +102,7 @@ def test_a_train_that_is_elsewhere() -> None:
 def test_no_epochs() -> None:
     empty = np.zeros(0)
     none = sf.raim.Pseudoranges(empty, [], np.zeros((0, 3)), empty, empty)
-    with pytest.raises(sf.ConfigError, match="pseudoranges: .*none"):
+    with pytest.raises(sf.ConfigError, match=r"pseudoranges: .*none"):
         monitor(SCENE.track, DEMAND).run(none)
 
 
@@ -197,7 +197,7 @@ def test_refused_data() -> None:
     for wrong in ("log.csv", np.zeros((3, 3)), None):
         with pytest.raises(sf.SurefixError, match="pseudoranges: "):
             wrongly.raim.TrackRaim(SCENE.track, length=50.0).run(wrong)
-    with pytest.raises(sf.ConfigError, match="near: .*inf"):
+    with pytest.raises(sf.ConfigError, match=r"near: .*inf"):
         monitor(SCENE.track, DEMAND).run(SCENE.pseudoranges, near=np.inf)
     with pytest.raises(sf.ConfigError, match="points: "):
         wrongly.raim.Track(SCENE.points[:1])

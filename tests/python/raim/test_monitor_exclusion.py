@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
-import surefix as sf
 from oracle import raim_distributions as distributions
 from oracle import raim_monitor as oracle
 from oracle import raim_protection as protection
@@ -16,7 +16,7 @@ from oracle.raim_monitor import Demand
 from oracle.raim_solution import Epoch, solve
 from raim.scenes import Scene, monitor, scene, straight_points
 
-EPOCHS = 12
+EPOCHS = 10
 DEMAND = Demand(80.0, fault_probability=1e-5)
 
 
@@ -34,8 +34,8 @@ def broken(s: Scene, seed: int, count: int, deviations: float) -> tuple[Scene, l
     return replace(s, epochs=tuple(epochs)), faulty
 
 
-CURVED = scene(21, EPOCHS, systems=(1, 2), satellites=(8, 10))
-STRAIGHT = scene(22, EPOCHS, straight_points(), systems=(1, 2), satellites=(8, 10))
+CURVED = scene(21, EPOCHS, systems=(1, 2), satellites=(8, 9))
+STRAIGHT = scene(22, EPOCHS, straight_points(), systems=(1, 2), satellites=(8, 9))
 CASES = {
     "one, curved": broken(CURVED, 1, 1, 30.0),
     "two, curved": broken(CURVED, 2, 2, 30.0),
@@ -48,7 +48,7 @@ each = pytest.mark.parametrize("name", CASES)
 
 
 @cache
-def found(name: str) -> sf.raim.RaimResult:
+def found(name: str) -> Any:
     return monitor(CASES[name][0].track, DEMAND).run(CASES[name][0].pseudoranges)
 
 
@@ -98,7 +98,7 @@ def test_the_set_that_explains_most_is_out(name: str) -> None:
 def test_most_faults_are_found(name: str) -> None:
     s, faulty = CASES[name]
     out = [np.flatnonzero(s.rows(found(name).excluded, t)).tolist() for t in range(EPOCHS)]
-    assert sum(a == b for a, b in zip(out, faulty, strict=True)) >= EPOCHS // 2
+    assert sum(out[t] == faulty[t] for t in range(EPOCHS)) >= EPOCHS // 2
 
 
 @each
@@ -134,7 +134,7 @@ def test_afterwards_all_is_said_of_the_rest(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["one, straight", "two, straight", "one, curved", "two, curved"])
 def test_the_interval_holds_the_truth(name: str) -> None:
-    """A risk of 1e-7 each: never in twelve epochs."""
+    """A risk of 1e-7 each: never in ten epochs."""
     s, result = CASES[name][0], found(name)
     safe = np.isin(result.declared, ["ok", "excluded"]) & np.isfinite(result.protection)
     assert safe.sum() >= EPOCHS // 2

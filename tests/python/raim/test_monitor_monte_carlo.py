@@ -93,7 +93,7 @@ def test_critical_bias_on_a_curve(sign: float) -> None:
     assert float(np.mean(~result.alarm)) < most + 5.0 * np.sqrt(most * (1.0 - most) / EPOCHS)
 
 
-@pytest.mark.parametrize("size", [0.6, 1.0, 1.5])
+@pytest.mark.parametrize("size", [0.8, 1.2])
 @pytest.mark.parametrize("rank", [1, 2])
 def test_protection_holds_whatever_the_fault(size: float, rank: int) -> None:
     """Integrity: no alarm and yet outside, with a fault of any size, in no more than p_r / p_f."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def within(piece: Any) -> bool:
     b, k = piece.tight_bound, piece.test.degrees
     loss = oracle.losses(b, k, ALPHA, BUDGET["noncentrality"], False)
     gain = oracle.losses(b, k, ALPHA, 0.0, True)
-    return loss <= BUDGET["e1"] and gain <= BUDGET["e2"]
+    return bool(loss <= BUDGET["e1"] and gain <= BUDGET["e2"])
 
 
 def ends(piece: Any) -> tuple[float, float]:
@@ -47,7 +48,7 @@ def test_pieces_are_the_whole_box() -> None:
     assert len(places) == found.cost > 4
     assert places[0][0] == 0.0
     assert places[-1][1] == 1.0
-    for (_, high), (low, _) in zip(places, places[1:], strict=False):
+    for (_, high), (low, _) in pairwise(places):
         assert high == low
 
 

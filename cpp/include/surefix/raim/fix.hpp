@@ -2,6 +2,8 @@
 // (Lacresse, Grall & Nikiforov 2005, section 5.1).
 #pragma once
 
+#include <limits>
+
 #include "surefix/raim/geometry.hpp"
 #include "surefix/raim/sight.hpp"
 #include "surefix/raim/verdict.hpp"
@@ -25,11 +27,18 @@ struct Fix {
   [[nodiscard]] bool ok() const noexcept { return status == Solvable::ok; }
 };
 
-/// Solves for l and the clocks from `near`, or from the best of `places` all along the track if
-/// that is NaN.
+/// K: where the solution may be, and where the iteration begins [m]; NaN: at the best of some
+/// hundred places in K.
+struct Whereabouts {
+  double near = std::numeric_limits<double>::quiet_NaN();
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+};
+
+/// Solves for l and the clocks: Newton's steps on ‖(I − clocks) y(l)‖², halved until it falls.
 [[nodiscard]] Fix find_fix(const Track& track, const Satellite* satellites,
                            const Selection& selection, const MonitorSettings& settings,
-                           double near) noexcept;
+                           const Whereabouts& where) noexcept;
 
 /// b: bound on ‖W 𝓔(l)‖ in standard deviations for all |l − l̂| ≤ half, 𝓔 what the tangent at l̂
 /// leaves of d. Between samples by |𝓔''| (section 4.3's largest W 𝓔, certified).

@@ -19,11 +19,12 @@ struct Satellite {
   int system;          ///< whose clock, 0 … max_systems − 1
 };
 
-/// d(l), d'(l), and what bounds |d''|: ‖c''‖ + `turning`, the turning of the line of sight.
+/// d(l) and its derivatives. |d''| ≤ ‖c''‖ + `turning`, the turning of the line of sight.
 struct Sight {
   double range;    ///< [m]
-  double slope;    ///< [1]
-  double turning;  ///< [1/m]
+  double slope;    ///< d' [1]
+  double second;   ///< d'' [1/m]
+  double turning;  ///< ‖c'‖²/d [1/m]
 };
 
 /// `rotation` [rad/s]: of the frame while the signal travels, for positions that are not yet
@@ -34,8 +35,10 @@ struct Sight {
                  satellite[2] - from.position[2]};
   const double distance = std::sqrt(dot(to, to)), sweep = rotation / speed_of_light;
   const Point &c = from.position, &t = from.tangent, &s = satellite;
+  const double toward = dot(to, t) / distance, turning = dot(t, t) / distance;
   return {distance + sweep * (s[0] * c[1] - s[1] * c[0]),
-          -dot(to, t) / distance + sweep * (s[0] * t[1] - s[1] * t[0]), dot(t, t) / distance};
+          -toward + sweep * (s[0] * t[1] - s[1] * t[0]),
+          turning - toward * toward / distance - dot(to, from.bend) / distance, turning};
 }
 
 }  // namespace surefix::raim

@@ -18,23 +18,26 @@ class TrackRaim {
       : track_(&track), settings_(settings), tables_(settings) {}
 
   /// Judges n satellites; those with a pseudorange, position or sigma that is not finite, or a
-  /// sigma ≤ 0, or a system out of range, are not used. `near`: mileage where the iteration begins
-  /// [m], the last epoch's for example; NaN: anywhere on the track. It does not change where the
-  /// solution is: one from `near` that alarms is compared with one from anywhere.
-  [[nodiscard]] Verdict judge(const Satellite* satellites, int n, double near) const noexcept;
+  /// sigma ≤ 0, or a system out of range, are not used. `where`: K, and where the iteration begins;
+  /// a solution from there that alarms is compared with the best in K.
+  [[nodiscard]] Verdict judge(const Satellite* satellites, int n,
+                              const Whereabouts& where) const noexcept;
 
   [[nodiscard]] const MonitorSettings& settings() const noexcept { return settings_; }
   [[nodiscard]] const Track& track() const noexcept { return *track_; }
 
  private:
   [[nodiscard]] Fix fix(const Satellite* satellites, const Selection& selection,
-                        double near) const noexcept;
+                        const Whereabouts& where) const noexcept;
+  /// Whether the track may turn in a bounded K by more than a radian: round a corner there can be
+  /// two minima, of which the one near the last position is not always the better.
+  [[nodiscard]] bool turns(const Whereabouts& where) const noexcept;
   [[nodiscard]] bool alarms(const Fix& fix) const noexcept {
     return fix.statistic >= tables_.test(fix.geometry.degrees()).threshold;
   }
   /// The solution without some of the satellites, if there is one that passes.
   [[nodiscard]] bool exclude(const Satellite* satellites, const Selection& all, const Fix& first,
-                             Verdict& verdict) const noexcept;
+                             const Whereabouts& where, Verdict& verdict) const noexcept;
   void describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
                 const Separation& separation, Verdict& verdict) const noexcept;
   [[nodiscard]] double bounded_protection(const Satellite* satellites, const Selection& selection,
