@@ -43,7 +43,7 @@ NOISES = ("stated", *QUANTILES)
 OUTLIER, SPAN = 3.0, 400.0  # sigmas; m, over which an outlier may be anywhere
 KINDS = (("detection", 0, FAULTY), ("exclusion of 1", 1, FAULTY), ("exclusion of 2", 2, FAULTY),
          ("exclusion of 4", 4, FAULTY))  # fmt: skip
-MEASURED = "exclusion of 2, p_f measured"
+MEASURED, KNOWN = "exclusion of 2, p_f measured", "exclusion of 2, begun at truth"
 SEQUENCE, FASTEST = "exclusion of 2, in sequence", 15.0  # m/s
 SATELLITES, BEAM = 10, 1024  # of the robust filter: the best ones, so that no hypothesis is cut off
 EVERY = 5  # of the epochs, so about 1 Hz
@@ -88,8 +88,10 @@ def read(folder: Path, every: int = EVERY) -> Drive:
     mileage = np.where(back, second.project(place).along, first.project(place).along)
     off = ranges(data, place[data.epoch])
     residual = without_clocks(data, data.pseudorange - off, rows["cn0_dbhz"])
-    return Drive(data, mileage, whole, (first, second), back, rows["cn0_dbhz"], data.sigma, residual,
-                 wheels["speed_mps"], every)  # fmt: skip
+    return Drive(
+        data, mileage, whole, (first, second), back, rows["cn0_dbhz"], data.sigma, residual,
+        wheels["speed_mps"], every,
+    )  # fmt: skip
 
 
 def ranges(data: raim.Pseudoranges, place: Array) -> Array:
@@ -201,15 +203,18 @@ def monitored(
     for risk in risks:
         half = two_sided_quantile(risk) * plain["sigma"]
         yield "no monitor", risk, (plain["along"] - half, plain["along"] + half)
-        for kind, most, faulty in (*KINDS, (MEASURED, 2, often)):
-            found = monitor(drive, epochs, risk=risk, fault_probability=faulty, max_excluded=most)
+        for kind, most, faulty in (*KINDS, (MEASURED, 2, often), (KNOWN, 2, FAULTY)):
+            found = monitor(
+                drive, epochs, kind == KNOWN, risk=risk, fault_probability=faulty,
+                max_excluded=most,
+            )  # fmt: skip
             yield kind, risk, (found["along"] - found["half"], found["along"] + found["half"])
         yield SEQUENCE, risk, in_sequence(drive, sigma, risk)
 
 
 def in_sequence(drive: Drive, sigma: Array, risk: float) -> Limits:
-    """Of all epochs, each looked for where the car may have come since the last, on the whole track;
-    where the first is, is known."""
+    """Of all epochs, each looked for where the car may have come since the last one, on the whole
+    track; where the first is, is known."""
     judge = raim.TrackRaim(
         drive.whole, length=LENGTH, false_alarm=FALSE_ALARM, earth_rotation=True, risk=risk,
         fault_probability=FAULTY, max_excluded=2, max_speed=FASTEST,

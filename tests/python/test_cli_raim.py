@@ -158,8 +158,8 @@ def test_options_override_the_configuration(tmp_path: Path) -> None:
     assert numbers["settings"] | {"interval": None} == {
         "length": 60.0, "false_alarm": 1e-4, "missed": 1e-2, "risk": 1e-6,
         "fault_probability": 1e-3, "max_faults": 2, "max_excluded": 1, "interval": None,
-        "max_speed": 40.0, "near": 210.0, "earth_rotation": True, "sigma": None, "sigma_zenith": ZENITH, "elevation_mask": 2.0,
-        "tolerance": 0.5,
+        "max_speed": 40.0, "near": 210.0, "earth_rotation": True, "sigma": None,
+        "sigma_zenith": ZENITH, "elevation_mask": 2.0, "tolerance": 0.5,
     }  # fmt: skip
     assert numbers["rows_below_mask"] == 0
     assert 0 < numbers["track"]["vertex_error_m"] <= 0.5

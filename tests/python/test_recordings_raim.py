@@ -102,9 +102,9 @@ def car() -> dict[str, Any]:
 
 
 def test_car_monitor(car: dict[str, Any], recording: Folder) -> None:
-    """With the stated noise limits mislead a thousand times as often as claimed, and hardly an epoch
-    passes; with the noise fitted to the first half they hold in the second, but for the epochs in
-    which the residual has another minimum."""
+    """With the stated noise limits mislead a thousand times as often as claimed, and hardly an
+    epoch passes the test. With the noise fitted to the first half those that do not hold in the
+    second are epochs in which another place fits as well: begun at the true one they hold."""
     drive = car["read"](recording("car-smartloc/truth.csv").parent, 10)
     sigma = car["noise_models"](drive)
     assert car["outliers"](drive, sigma["stated"]) > 0.2
@@ -117,11 +117,15 @@ def test_car_monitor(car: dict[str, Any], recording: Folder) -> None:
     assert stated["detection", 1e-5]["limits"] < 0.1
     assert stated["exclusion of 4", 1e-5]["limits"] > stated["exclusion of 2", 1e-5]["limits"]
     assert stated[car["MEASURED"], 1e-5]["limits"] == 0.0  # too many may be faulty at once
-    found = car["monitor"](
-        drive, car["alone"](drive, sigma["fitted"]), True, risk=1e-5, max_excluded=2
+    epochs = car["alone"](drive, sigma["fitted"])
+    searched, begun = (
+        car["monitor"](drive, epochs, known, risk=1e-5, max_excluded=2) for known in (False, True)
     )
-    limits = (found["along"] - found["half"], found["along"] + found["half"])
-    assert car["judged"](drive, limits, drive.back)["misleading"] == 0.0
+    off, held = (
+        np.abs(found["along"] - drive.along) > found["half"] for found in (searched, begun)
+    )
+    assert np.sum(held & drive.back) == 0
+    assert np.sum(off & drive.back) < 0.05 * np.sum(np.isfinite(searched["half"]) & drive.back)
 
 
 def test_car_hypotheses(car: dict[str, Any], recording: Folder) -> None:

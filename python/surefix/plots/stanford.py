@@ -30,7 +30,7 @@ NAMES = {
     "misleading": "misleading",
     "hazardous": "hazardously misleading",
     "unavailable": "not available",
-    "unavailable_misleading": "not available, misleading",
+    "unavailable_misleading": "not available,\nmisleading",
 }
 
 
@@ -90,11 +90,11 @@ def _draw_regions(axes: Axes, parts: Regions, limit: float, end: float) -> None:
     }
     middle = (limit + end) / 2
     places = {
-        "available": (0.03 * limit, 0.93 * limit, "left"),
+        "available": (0.88 * limit, 0.94 * limit, "right"),
         "misleading": (0.97 * limit, 0.06 * limit, "right"),
         "hazardous": (middle, 0.5 * limit, "center"),
-        "unavailable": (0.03 * limit, middle, "left"),
-        "unavailable_misleading": (end * 0.99, limit + 0.12 * (end - limit), "right"),
+        "unavailable": (0.97 * limit, middle, "right"),
+        "unavailable_misleading": (end * 0.99, limit + 0.24 * (end - limit), "right"),
     }
     for name, count in parts.counts.items():
         axes.fill(*zip(*corners[name], strict=True), color=COLOURS[name], linewidth=0, zorder=0)

@@ -40,6 +40,15 @@ def straight_points(length: float = 1600.0) -> Array:
     return local(0.8 * l, 0.6 * l)
 
 
+def winding_points(seed: int = 1, count: int = 60) -> Array:
+    """Points (count, 3) 5 to 40 m apart along a winding track."""
+    rng = np.random.RandomState(seed)
+    step = rng.uniform(5.0, 40.0, count)
+    heading = np.cumsum(rng.uniform(-2.0, 2.0, count) * step / 600.0)
+    return local(np.cumsum(step * np.cos(heading)), np.cumsum(step * np.sin(heading)),
+                 np.cumsum(0.02 * step * np.sin(heading)))  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Scene:
     """Epochs on one track; ``truth`` is the mileage of each."""

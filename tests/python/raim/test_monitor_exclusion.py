@@ -36,7 +36,7 @@ def broken(s: Scene, seed: int, count: int, deviations: float) -> tuple[Scene, l
 
 CURVED = scene(21, EPOCHS, systems=(1, 2), satellites=(8, 9))
 STRAIGHT = scene(22, EPOCHS, straight_points(), systems=(1, 2), satellites=(8, 9))
-CASES = {
+CASES: dict[str, tuple[Scene, list[list[int]]]] = {
     "one, curved": broken(CURVED, 1, 1, 30.0),
     "two, curved": broken(CURVED, 2, 2, 30.0),
     "one, straight": broken(STRAIGHT, 3, 1, 12.0),

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,24 +11,15 @@ import surefix as sf
 from oracle import raim_geodesy as geodesy
 from oracle.raim_track import Spline, spline
 from oracle.step import Array
-from raim.scenes import ORIGIN, curved_points, local, straight_points
+from raim.scenes import ORIGIN, curved_points, local, straight_points, winding_points
 
 wrongly: Any = sf
 # Coordinates of 4e6 m are known to 5e-10 m; a few of them make a position.
 ROUNDING = 4e-9
 
 
-def uneven(seed: int = 1, count: int = 60) -> Array:
-    """Points (count, 3) 5 to 40 m apart along a winding track."""
-    rng = np.random.RandomState(seed)
-    step = rng.uniform(5.0, 40.0, count)
-    heading = np.cumsum(rng.uniform(-2.0, 2.0, count) * step / 600.0)
-    return local(np.cumsum(step * np.cos(heading)), np.cumsum(step * np.sin(heading)),
-                 np.cumsum(0.02 * step * np.sin(heading)))  # fmt: skip
-
-
-POINTS = {"curved": curved_points(), "uneven": uneven(), "two": straight_points()[:2],
-          "three": uneven(2, 3)}  # fmt: skip
+POINTS = {"curved": curved_points(), "uneven": winding_points(), "two": straight_points()[:2],
+          "three": winding_points(2, 3)}  # fmt: skip
 each = pytest.mark.parametrize("name", POINTS)
 
 
@@ -234,65 +222,6 @@ def test_analytic() -> None:
     assert (slow.low, slow.high) == (20.0, 1800.0)
     np.testing.assert_allclose(slow.position(600.0), circle(np.array([300.0]))[0], atol=1e-4)
     assert np.linalg.norm(slow.tangent(600.0)) == pytest.approx(0.5, rel=1e-3)
-
-
-@cache
-def geodetic() -> list[tuple[float, float, float]]:
-    """Of POINTS["uneven"]."""
-    return [geodesy.ecef_to_geodetic(p) for p in POINTS["uneven"]]
-
-
-def written(kind: str, folder: Path) -> Path:
-    points = POINTS["uneven"]
-    rows = geodetic()
-    lines = [[lon, lat, height] for lat, lon, height in rows]
-    one = {"type": "LineString", "coordinates": lines}
-    documents: dict[str, Any] = {
-        "line.geojson": one,
-        "lines.json": {"type": "MultiLineString", "coordinates": [lines[:20], lines[20:]]},
-        "feature.json": {"type": "Feature", "properties": {}, "geometry": one},
-        "features.geojson": {"type": "FeatureCollection", "features": [
-            {"type": "Feature", "properties": None,
-             "geometry": {"type": "LineString", "coordinates": part}}
-            for part in (lines[:20], lines[19:])
-        ]},
-    }  # fmt: skip
-    path = folder / kind
-    if kind in documents:
-        path.write_text(json.dumps(documents[kind]))
-    elif kind == "xyz.csv":
-        text = ["x_m,y_m,z_m", *(",".join(map(repr, p)) for p in points.tolist())]
-        path.write_text("\n".join(text) + "\n")
-    else:
-        text = ["name,lat_deg,lon_deg,height_m", *(",".join(["p", *map(repr, r)]) for r in rows)]
-        path.write_text("\n".join(text) + "\n")
-    return path
-
-
-@pytest.mark.parametrize(
-    "kind",
-    ["xyz.csv", "geodetic.csv", "line.geojson", "lines.json", "feature.json", "features.geojson"],
-)
-def test_read(kind: str, tmp_path: Path) -> None:
-    found = sf.raim.read_track(written(kind, tmp_path), start=30.0)
-    known = sf.raim.Track(POINTS["uneven"], start=30.0)
-    assert found.low == 30.0
-    assert found.length == pytest.approx(known.length, abs=1e-6)
-    l = np.linspace(known.low, known.high, 400)  # noqa: E741
-    np.testing.assert_allclose(found.position(l), known.position(l), atol=1e-6)
-
-
-def test_read_refuses(tmp_path: Path) -> None:
-    for name, text, message in (
-        ("a.csv", "t,v\n1,2\n", "x_m"),
-        ("b.json", '{"type": "Point", "coordinates": [1, 2]}', "Point"),
-        ("c.json", "{", "c.json"),
-        ("d.csv", "x_m,y_m,z_m\n1,2,three\n4,5,6\n", "three"),
-        ("e.txt", "x_m,y_m,z_m\n", "e.txt"),
-    ):
-        (tmp_path / name).write_text(text)
-        with pytest.raises(sf.SurefixError, match=message):
-            sf.raim.read_track(tmp_path / name)
 
 
 BAD: dict[str, tuple[Any, dict[str, Any], str]] = {
