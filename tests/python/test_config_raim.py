@@ -10,14 +10,8 @@ import pytest
 
 import surefix as sf
 from surefix import config_raim as module
-from surefix.config_raim import (
-    MonitorTable,
-    PseudorangeTable,
-    RaimConfig,
-    TrackTable,
-    TruthTable,
-    load_raim_config,
-)
+from surefix.config_raim import RaimConfig, load_raim_config
+from surefix.config_raim_tables import MonitorTable, PseudorangeTable, TrackTable, TruthTable
 
 
 def load(folder: Path, text: str) -> RaimConfig:

@@ -226,3 +226,9 @@ def test_map_of_a_tunnel_has_no_levels() -> None:
 def test_results_plot_themselves() -> None:
     assert isinstance(result().plot(scene().truth), Figure)
     assert isinstance(mapped().plot(), Figure)
+
+
+def test_map_of_a_single_place() -> None:
+    one = scene()
+    shown = sf.raim.availability(one.track, one.satellites, length=60.0, along=[300.0])
+    pixels(draw_availability(shown))

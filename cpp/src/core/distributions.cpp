@@ -4,6 +4,7 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <limits>
 
@@ -25,7 +26,10 @@ using Noncentral = boost::math::non_central_chi_squared_distribution<double, Pol
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double far_out = 1e-30;  // below, Boost loses digits of lower tails and densities
 constexpr double largest_noncentrality = 1e6;  // Boost's series grow with its root: 0.2 ms here
+
+double square(double x) noexcept { return x * x; }
 
 /// P(side (X − x) > 0) of a noncentral χ² so far out that √(X + (k − 1)/2) is normal with unit
 /// variance but for 1e-3.
@@ -34,6 +38,24 @@ double far_tail(double x, double degrees, double noncentrality, double side) noe
   const double shift = 0.5 * (degrees - 1.0);
   return normal_tail(side *
                      (std::sqrt(std::max(x - shift, 0.0)) - std::sqrt(noncentrality + shift)));
+}
+
+/// Σ_j Poisson(j; λ/2) f(k/2 + j), from its largest term, j = `from`, in both directions: so far
+/// out that Boost's series, which begin at the largest weight, meet only terms that underflow
+/// there.
+template <class F>
+double far_sum(double x, double degrees, double noncentrality, F&& f) noexcept {
+  const double half = 0.5 * noncentrality, a = 0.5 * degrees;
+  // Neighbouring terms are equal where (λ/2)(x/2) = (j + 1)(j + a).
+  const double from =
+      std::floor(std::max(0.0, 0.5 * (std::sqrt(square(a - 1.0) + noncentrality * x) - a - 1.0)));
+  const auto term = [&](double j) {
+    return std::exp(j * std::log(half) - half - std::lgamma(j + 1.0)) * f(a + j);
+  };
+  double sum = term(from);
+  for (double j = from + 1.0, t = 1.0; t > 1e-17 * sum; ++j) sum += t = term(j);
+  for (double j = from - 1.0, t = 1.0; j >= 0.0 && t > 1e-17 * sum; --j) sum += t = term(j);
+  return sum;
 }
 
 }  // namespace
@@ -59,6 +81,7 @@ double chi_squared_threshold(double probability, double degrees) noexcept {
 
 double noncentral_chi_squared_tail(double x, double degrees, double noncentrality) noexcept {
   if (x == infinity) return 0.0;
+  if (x == 0.0 && degrees > 0.0 && noncentrality >= 0.0) return 1.0;
   if (noncentrality > largest_noncentrality) return far_tail(x, degrees, noncentrality, 1.0);
   return boost::math::cdf(boost::math::complement(Noncentral(degrees, noncentrality), x));
 }
@@ -66,11 +89,19 @@ double noncentral_chi_squared_tail(double x, double degrees, double noncentralit
 double noncentral_chi_squared_cdf(double x, double degrees, double noncentrality) noexcept {
   if (x == infinity) return 1.0;
   if (noncentrality > largest_noncentrality) return far_tail(x, degrees, noncentrality, -1.0);
-  return boost::math::cdf(Noncentral(degrees, noncentrality), x);
+  const double p = boost::math::cdf(Noncentral(degrees, noncentrality), x);
+  if (!(p < far_out && x > 0.0 && noncentrality > 0.0)) return p;
+  return far_sum(x, degrees, noncentrality,
+                 [&](double a) { return boost::math::gamma_p(a, 0.5 * x, Policy()); });
 }
 
 double noncentral_chi_squared_density(double x, double degrees, double noncentrality) noexcept {
-  return boost::math::pdf(Noncentral(degrees, noncentrality), x);
+  const double p = boost::math::pdf(Noncentral(degrees, noncentrality), x);
+  const bool sums = x > 0.0 && noncentrality > 0.0 && noncentrality <= largest_noncentrality;
+  if (!(p < far_out && sums)) return p;
+  return far_sum(x, degrees, noncentrality, [&](double a) {
+    return 0.5 * boost::math::gamma_p_derivative(a, 0.5 * x, Policy());
+  });
 }
 
 double noncentrality_for(double missed, double x, double degrees) noexcept {

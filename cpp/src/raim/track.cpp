@@ -165,6 +165,14 @@ double Track::nearest(const Point& position) const noexcept {
     const double distance = length(minus(position, in_piece(i, l).position));
     if (distance < least) least = distance, best = l;
   }
+  for (const double end : {low(), high()}) {  // beyond the ends it is straight
+    const TrackPoint at = in_piece(piece(end), end);
+    const Point off = minus(position, at.position);
+    const double l = end + dot(off, at.tangent) / dot(at.tangent, at.tangent);
+    if (end == low() ? l >= end : l <= end) continue;
+    const double distance = length(minus(position, this->at(l).position));
+    if (distance < least) least = distance, best = l;
+  }
   return best;
 }
 

@@ -21,7 +21,8 @@ from surefix.cli import (
 from surefix.cli.raim_settings import overridden, with_default
 from surefix.cli.run import ALERT
 from surefix.cli.terminal import phases, reports_errors
-from surefix.config_raim import ELEVATION_MASK, RaimConfig, load_raim_config
+from surefix.config_raim import RaimConfig, load_raim_config
+from surefix.config_raim_tables import ELEVATION_MASK
 
 ALWAYS = ("epochs.csv", "satellites.csv", "raim.json", "raim.png")
 SOMETIMES = ("stanford.png", "availability.csv", "availability.png")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from surefix.config_raim import TruthTable
+from surefix.config_raim_tables import TruthTable
 from surefix.core.checks import FloatArray
 from surefix.errors import ConfigError
 from surefix.raim.track import Track

@@ -84,8 +84,10 @@ def instance(name: str, value: Any, kind: type[T]) -> T:
     return value
 
 
-def tuple_of(name: str, values: Any, kind: type[T], what: str) -> tuple[T, ...]:
-    """A tuple of objects of one kind; ``what`` are they called?"""
+def tuple_of(
+    name: str, values: Any, kind: type[T] | tuple[type[T], ...], what: str
+) -> tuple[T, ...]:
+    """A tuple of objects of one kind, or of one of several; ``what`` are they called?"""
     try:
         given = tuple(values)
     except TypeError:

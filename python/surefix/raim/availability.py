@@ -12,7 +12,7 @@ from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.errors import ShapeError
 from surefix.raim.geodesy import ecef_to_geodetic, sky
-from surefix.raim.masks import Mask, visible
+from surefix.raim.masks import Cutting, Mask, Tunnel, visible
 from surefix.raim.monitor import TrackRaim
 from surefix.raim.pseudoranges import Pseudoranges, elevation_sigma
 from surefix.raim.result import RaimResult
@@ -78,7 +78,8 @@ def availability(
     ``sigma`` [m]: of all pseudoranges, or a function of the elevation [degrees]; a number is that
     at the zenith, divided by the sine of the elevation. ``along``: mileages, by default every
     ``step`` [m]. ``elevation_mask`` [degrees]; ``masks``: Cutting and Tunnel. ``length`` and
-    ``monitor``: arguments of ``TrackRaim``. Nothing is measured: p*, e₁ and the protection levels
+    ``monitor``: arguments of ``TrackRaim``, with ``max_excluded`` 0 unless given: exclusion needs
+    a share of the risk. Nothing is measured: p*, e₁ and the protection levels
     follow from the geometry.
     """
     line = checks.instance("track", track, Track)
@@ -86,9 +87,11 @@ def availability(
     if len(positions) == 0:
         raise ShapeError(f"satellites: expected at least one, got shape {positions.shape}")
     places = _places(line, along, step)
-    hidden = checks.tuple_of("masks", masks, object, "Cutting or Tunnel")
+    hidden = checks.tuple_of("masks", masks, (Cutting, Tunnel), "Cutting or Tunnel")
+    if system is not None and len(system) != len(positions):
+        raise ShapeError(f"system: expected {len(positions)} names, got {len(system)}")
     mask = checks.number("elevation_mask", elevation_mask)
-    seen = visible(line, places, positions, mask, hidden)  # type: ignore[arg-type]
+    seen = visible(line, places, positions, mask, hidden)
     K, n = seen.shape
     at = np.repeat(line.position(places), n, axis=0)
     rows = np.tile(positions, (K, 1))
@@ -99,7 +102,7 @@ def availability(
         spread = elevation_sigma(elevation, checks.positive("sigma", sigma))
     if spread.shape != elevation.shape:
         raise ShapeError(f"sigma: expected shape {elevation.shape}, got {spread.shape}")
-    raim = TrackRaim(line, length=length, max_excluded=0, **monitor)
+    raim = TrackRaim(line, length=length, **{"max_excluded": 0, **monitor})
     ranges = np.linalg.norm(rows - at, axis=1)
     if raim.earth_rotation:
         ranges = ranges + sagnac(at, rows)

@@ -88,12 +88,18 @@ class LinearTest:
         return float(flat[0]) if given.ndim == 1 else flat.reshape(given.shape[:-1])
 
     def power(self, bias: npt.ArrayLike) -> Values:
-        """Probability that a bias (…, n) of Y is detected (6)."""
-        return chi_squared.power(self.noncentrality(bias), self._tested(), self.false_alarm)
+        """Probability that a bias (…, n) of Y is detected (6); 0 where nothing is tested."""
+        found = self.noncentrality(bias)
+        if self.degrees == 0:
+            return found * 0.0
+        return chi_squared.power(found, float(self.degrees), self.false_alarm)
 
     def missed(self, bias: npt.ArrayLike) -> Values:
         """Probability that it is not, with its relative precision however small."""
-        return chi_squared.missed(self.noncentrality(bias), self._tested(), self.false_alarm)
+        found = self.noncentrality(bias)
+        if self.degrees == 0:
+            return found * 0.0 + 1.0
+        return chi_squared.missed(found, float(self.degrees), self.false_alarm)
 
     def minimum_detectable(self, direction: npt.ArrayLike, missed: float = 1e-3) -> Values:
         """The smallest v ≥ 0 so that a bias v ``direction`` (…, n) is missed with that probability
@@ -101,15 +107,14 @@ class LinearTest:
         rarely = checks.probability("missed", missed)
         unit = np.asarray(self.noncentrality(direction))
         size = np.square(np.asarray(direction) @ self.whitening.T).sum(axis=-1)
-        wanted = chi_squared.noncentrality(rarely, self._tested(), self.false_alarm)
+        wanted = (
+            chi_squared.noncentrality(rarely, float(self.degrees), self.false_alarm)
+            if self.degrees > 0
+            else np.inf
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             v = np.where(unit > 1e-20 * size, np.sqrt(wanted / unit), np.inf)
         return float(v) if v.ndim == 0 else v
-
-    def _tested(self) -> float:
-        if self.degrees == 0:
-            raise ConfigError("H, M: expected something left to test, got 0 degrees of freedom")
-        return float(self.degrees)
 
 
 def parity_test(

@@ -91,6 +91,8 @@ def split(
     if not callable(h):
         raise ConfigError("h: expected a function, which can be looked at more closely")
     budgets = checks.positive("e1", e1), checks.positive("e2", e2)
+    if noncentrality is not None:
+        checks.not_negative("noncentrality", noncentrality)
     limit = checks.whole("most", most, 1, 1_000_000)
 
     def fits(piece: AffineModel) -> bool:

@@ -151,7 +151,7 @@ class Track:
         return self.engine.curvature_bound(*_interval(low, high))
 
     def bend_bound(self, low: float, high: float) -> float:
-        """sup ‖d²c/dl²‖ over [low, high] [1/m]."""
+        """Bound on ‖d²c/dl²‖ over [low, high] [1/m]."""
         return self.engine.bend_bound(*_interval(low, high))
 
     def geodetic(self, along: npt.ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:

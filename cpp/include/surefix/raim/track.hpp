@@ -47,12 +47,12 @@ class Track {
   [[nodiscard]] double edge_error() const noexcept { return edge_error_; }
 
   [[nodiscard]] TrackPoint at(double l) const noexcept;
-  /// sup ‖d²c/dl²‖ over [low, high] [1/m].
+  /// Bound on ‖d²c/dl²‖ over [low, high]: its largest on the pieces that this meets [1/m].
   [[nodiscard]] double bend_bound(double low, double high) const noexcept;
-  /// sup of the curvature ‖c' × c''‖/‖c'‖³ over [low, high] [1/m], bounded by
-  /// sup ‖c''‖ / (inf ‖c'‖)² piece by piece.
+  /// Bound on the curvature ‖c' × c''‖/‖c'‖³ over [low, high], sup ‖c''‖ / (inf ‖c'‖)² piece by
+  /// piece [1/m].
   [[nodiscard]] double curvature_bound(double low, double high) const noexcept;
-  /// Mileage of the point of the curve nearest to `position`.
+  /// Mileage of the point of the curve, and of its straight continuations, nearest to `position`.
   [[nodiscard]] double nearest(const Point& position) const noexcept;
 
  private:
