@@ -25,6 +25,7 @@ from surefix import raim, tables
 from surefix.core.distributions import two_sided_quantile
 from surefix.plots import style
 from surefix.raim.availability import sagnac
+from surefix.studies.recorded_hypotheses import Hypotheses
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +48,7 @@ MEASURED, KNOWN = "exclusion of 2, p_f measured", "exclusion of 2, begun at trut
 SEQUENCE, FASTEST = "exclusion of 2, in sequence", 15.0  # m/s
 SATELLITES, BEAM = 10, 1024  # of the robust filter: the best ones, so that no hypothesis is cut off
 EVERY = 5  # of the epochs, so about 1 Hz
-WIDE = (300.0, 1000.0, 1000.0)  # m, prior deviation of the position, and of the clocks always
+WIDE = 300.0  # m, prior deviation of the position
 WHEEL = 0.1  # m/s
 
 
@@ -224,72 +225,29 @@ def in_sequence(drive: Drive, sigma: Array, risk: float) -> Limits:
     return found.along - half, found.along + half
 
 
-def mixture(
-    drive: Drive, sigma: Array, epoch: int, at: float, prior: tuple[float, float], p: float,
-    beam: int,
-) -> tuple[dict[str, Any], sf.RobustEstimate]:  # fmt: skip
-    """Of an outlier or none for each of the best satellites, linearised at mileage ``at``; along
-    the track a Gaussian prior (mean, deviation)."""
-    data = drive.data
-    rows = np.arange(data.begin[epoch], data.begin[epoch + 1])
-    rows = np.sort(rows[np.argsort(sigma[rows], kind="stable")[:SATELLITES]])
-    leg = drive.legs[int(drive.back[epoch])]
-    place = leg.position(at)
-    to = data.position[rows] - place
-    distance = np.linalg.norm(to, axis=1)
-    slope = -(to @ leg.tangent(at)) / distance
-    turned = distance + sagnac(np.tile(place, (len(rows), 1)), data.position[rows])
-    z = data.pseudorange[rows] - turned
-    of = data.system_code[rows][:, None] == np.arange(2)
-    for column in of.T:
-        if column.any():
-            z[column] -= np.median(z[column])
-    outage = sf.Outage(probability=p, span=SPAN)
-    sensors = [
-        sf.Sensor(f"{k}", sigma[row], observes=(slope[k], *of[k].astype(float)), faults=(outage,))
-        for k, row in enumerate(rows)
-    ]
-    still = sf.LinearModel(np.zeros((3, 3)), np.zeros((3, 1)), [[0.0]], ("along", "gps", "glonass"))
-    mean, deviation = prior
-    filtered = sf.RobustFilter(
-        still, sensors, [mean - at, 0.0, 0.0], np.diag([deviation**2, WIDE[1] ** 2, WIDE[2] ** 2]),
-        start=0.0, risk=min(RISKS), hypotheses="measurement", beam=beam,
-    )  # fmt: skip
-    for k, value in enumerate(z):
-        filtered.push(0.0, f"{k}", value)
-    estimate = filtered.estimate(0.0)
-    return filtered.mixture(), estimate
-
-
 def robust(drive: Drive, sigma: Array, guess: Array, carried: bool) -> dict[float, Limits]:
     """Limits by risk, NaN but at one epoch in ``every``. ``guess`` (T,): where to begin to
     linearise. ``carried``: the prior is the last epoch's mixture, taken for a Gaussian and moved by
     the wheel; else none to speak of."""
-    p, nothing = outliers(drive, sigma), np.full(len(guess), np.nan)
-    out = {risk: (nothing.copy(), nothing.copy()) for risk in RISKS}
+    outage = sf.Outage(probability=outliers(drive, sigma), span=SPAN)
+    judge = Hypotheses(outage, SATELLITES, BEAM, min(RISKS))
+    out = {risk: (np.full(len(guess), np.nan), np.full(len(guess), np.nan)) for risk in RISKS}
     time = drive.data.epoch_time
-    at, mean, deviation = float(drive.along[0]), float(drive.along[0]), WIDE[0]
-    for epoch in range(0, len(guess), drive.every):
+    mean, deviation = float(drive.along[0]), WIDE
+    for epoch, data in alone(drive, sigma):
         if epoch:
             since = slice(epoch - drive.every, epoch + 1)
-            way = float(np.trapezoid(drive.speed[since], time[since]))
-            at, mean = at + way, mean + way
-            deviation = float(
-                np.hypot(deviation, WHEEL * (time[epoch] - time[epoch - drive.every]))
-            )
+            gone, speed = np.diff(time[since]), drive.speed[since]
+            mean += float(gone @ (speed[1:] + speed[:-1]) / 2)
+            deviation = float(np.hypot(deviation, WHEEL * gone.sum()))
         if not carried:
-            at = mean = float(guess[epoch]) if np.isfinite(guess[epoch]) else at
-            deviation = WIDE[0]
-        for beam in (256, BEAM) if carried else (256, 256, BEAM):
-            parts, estimate = mixture(drive, sigma, epoch, at, (mean, deviation), p, beam)
-            base, at = at, at + float(estimate.x[0])
-        weight = np.exp(parts["log_weight"] - parts["log_weight"].max())
-        weight, spread = weight / weight.sum(), np.sqrt(parts["P"][:, 0, 0])
+            mean = float(guess[epoch]) if np.isfinite(guess[epoch]) else mean
+            deviation = WIDE
+        leg = drive.legs[int(drive.back[epoch])]
+        found = judge.run(leg, data, mean, (mean, deviation))
         for risk, (lower, upper) in out.items():
-            if (left := risk - estimate.discarded_mass) > 0:
-                low, high = sf.alert_limits(weight, parts["x"][:, 0], spread, left)
-                lower[epoch], upper[epoch] = base + low, base + high
-        mean, deviation = at, float(np.sqrt(estimate.P[0, 0]))
+            lower[epoch], upper[epoch] = found.limits(risk)
+        mean, deviation = found.along, found.deviation
     return out
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import surefix as sf
 from surefix import raim
 from surefix.core.checks import FloatArray
+from surefix.core.distributions import two_sided_quantile
 from surefix.studies.recorded_alarms import alarm_shares, circle, whiteness
 from surefix.studies.recorded_biases import inject, shows, summary
+from surefix.studies.recorded_hypotheses import Hypotheses
 from surefix.studies.recorded_station import Station, biased, clean, fitted
 
 PLACE = raim.geodetic_to_ecef(50.0, 8.0, 100.0)
@@ -114,6 +117,26 @@ def test_fitted() -> None:
     station = simulated(5)
     for zenith in fitted(station, 90.0).values():
         assert zenith == pytest.approx(ZENITH, rel=4 / np.sqrt(2 * EPOCHS / 2 * 3))
+
+
+def test_hypotheses() -> None:
+    """The monitor's position while all are healthy; with an outlier, that of the others."""
+    station = simulated(7)
+    data = station.weighed(station.stated)
+    track, outage = circle(PLACE, 90.0), sf.Outage(probability=1e-4, span=400.0)
+    epoch = data.where(data.epoch == 0)
+    judge = Hypotheses(outage, earth_rotation=False)
+    healthy = judge.run(track, epoch, 5.0, (0.0, 300.0))
+    alone = station.monitor(90.0).run(epoch)
+    assert healthy.along == pytest.approx(alone.along[0], abs=0.01 * alone.sigma[0])
+    assert healthy.deviation == pytest.approx(alone.sigma[0], rel=0.01)
+    low, high = healthy.limits(1e-5)
+    assert high - low >= 2 * two_sided_quantile(1e-5) * alone.sigma[0]
+    biased = judge.run(track, epoch.with_bias(np.eye(SATELLITES)[4] * 80.0), 0.0, (0.0, 300.0))
+    assert biased.outlier[list(biased.rows).index(4)] > 0.99
+    rest = station.monitor(90.0).run(epoch.where(np.arange(SATELLITES) != 4))
+    assert biased.along == pytest.approx(rest.along[0], abs=0.01 * rest.sigma[0])
+    assert not np.isfinite(healthy.limits(1e-300)).any()
 
 
 def test_alarm_shares() -> None:

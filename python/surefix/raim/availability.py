@@ -25,7 +25,7 @@ class AvailabilityMap:
     and ``protection_chi2`` [m], ``status``. ``share``: of the length that is available;
     ``share_with_e1``. ``latitude``, ``longitude`` (K,) [degrees]."""
 
-    def __init__(self, track: Track, along: FloatArray, result: RaimResult) -> None:
+    def __init__(self, track: Track, along: FloatArray, result: RaimResult, missed: float) -> None:
         self.track, self.along = track, checks.read_only(along)
         self.latitude, self.longitude, _ = ecef_to_geodetic(track.position(along))
         self.satellites = result.used
@@ -35,6 +35,7 @@ class AvailabilityMap:
         self.available, self.available_with_e1 = result.available, result.available_with_e1
         self.protection, self.protection_chi2 = result.protection, result.protection_chi2
         self.status, self.length, self.risk = result.status, result.length, result.risk
+        self.missed = missed
 
     @property
     def share(self) -> float:
@@ -56,7 +57,7 @@ class AvailabilityMap:
         """A figure: the line coloured by availability and protection level."""
         from surefix.plots.raim import draw_availability
 
-        return draw_availability(self)
+        return draw_availability(self, missed=self.missed)
 
 
 def availability(
@@ -87,7 +88,9 @@ def availability(
     if len(positions) == 0:
         raise ShapeError(f"satellites: expected at least one, got shape {positions.shape}")
     places = _places(line, along, step)
-    hidden = checks.tuple_of("masks", masks, (Cutting, Tunnel), "Cutting or Tunnel")
+    hidden: tuple[Mask, ...] = checks.tuple_of(
+        "masks", masks, (Cutting, Tunnel), "Cutting or Tunnel"
+    )
     if system is not None and len(system) != len(positions):
         raise ShapeError(f"system: expected {len(positions)} names, got {len(system)}")
     mask = checks.number("elevation_mask", elevation_mask)
@@ -111,7 +114,8 @@ def availability(
         np.where(seen.reshape(-1), spread, np.inf),
         None if system is None else np.tile(np.asarray(system), K),
     )  # fmt: skip
-    return AvailabilityMap(line, places, raim.run(data, near=float(places[0]), progress=progress))
+    result = raim.run(data, near=float(places[0]), progress=progress)
+    return AvailabilityMap(line, places, result, raim.missed)
 
 
 def sagnac(receiver: FloatArray, satellite: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.core.distributions import Values
-from surefix.errors import ConfigError, ShapeError
+from surefix.errors import ShapeError
 from surefix.raim import chi_squared
 
 

@@ -20,7 +20,8 @@ class Pseudoranges:
     [m], corrected for the atmosphere and the satellite's clock, ``sigma``: its standard deviation
     [m], (N,) or one number, ``system`` (N,) names of those whose clocks differ (None: one).
 
-    Rows of equal time are an epoch: they are sorted by time, otherwise left in order. Rows with a
+    Rows of equal time are an epoch: they are sorted by time, otherwise left in order. A satellite
+    may be there once an epoch. Rows with a
     pseudorange, position or sigma that is not finite, or a sigma ≤ 0, stay and are not used. All
     arrays are read-only copies. ``epoch_time`` (T,), ``begin`` (T + 1,): epoch t holds the rows
     begin[t] to begin[t + 1] - 1. Raises ShapeError, ConfigError.
@@ -37,25 +38,47 @@ class Pseudoranges:
     ) -> None:
         stamps = checks.array("time", time, (None,))
         n = len(stamps)
-        order = np.argsort(stamps, kind="stable")
-        names = _names("satellite", satellite, n)
         systems = np.full(n, "") if system is None else _names("system", system, n)
-        spread = np.broadcast_to(_numbers("sigma", sigma, (), (n,)), (n,))
-        self.time = checks.read_only(stamps[order])
-        self.satellite = checks.read_only(names[order])
-        self.position = checks.read_only(_numbers("position", position, (n, 3))[order])
-        self.pseudorange = checks.read_only(_numbers("pseudorange", pseudorange, (n,))[order])
-        self.sigma = checks.read_only(spread[order])
-        self.system = checks.read_only(systems[order])
-        self.system_names, code = np.unique(self.system, return_inverse=True)
+        self._set(
+            np.argsort(stamps, kind="stable"),
+            time=stamps,
+            satellite=_names("satellite", satellite, n),
+            position=_numbers("position", position, (n, 3)),
+            pseudorange=_numbers("pseudorange", pseudorange, (n,)),
+            sigma=np.broadcast_to(_numbers("sigma", sigma, (), (n,)), (n,)),
+            system=systems,
+        )
         if len(self.system_names) > _core.MAX_SATELLITE_SYSTEMS:
             raise ConfigError(
                 f"system: expected at most {_core.MAX_SATELLITE_SYSTEMS} systems, "
                 f"got {len(self.system_names)}"
             )
+        self._refuse_twice()
+
+    def _set(self, rows: Any, **columns: npt.NDArray[Any]) -> None:
+        """The rows wanted of columns in order of time, and the epochs that they make."""
+        self.time, self.satellite, self.position, self.pseudorange, self.sigma, self.system = (
+            checks.read_only(columns[name][rows].copy())
+            for name in ("time", "satellite", "position", "pseudorange", "sigma", "system")
+        )
+        self.system_names, code = np.unique(self.system, return_inverse=True)
         self.system_code = checks.read_only(code.astype(np.int64).reshape(-1))
         self.epoch_time, first = np.unique(self.time, return_index=True)
-        self.begin = checks.read_only(np.append(first, n).astype(np.int64))
+        self.begin = checks.read_only(np.append(first, len(self.time)).astype(np.int64))
+
+    def _refuse_twice(self) -> None:
+        """A satellite that counts twice in an epoch would make the position look better than it
+        is."""
+        _, which = np.unique(self.satellite, return_inverse=True)
+        key = (self.epoch * (which.max(initial=0) + 1) + which.reshape(-1)) * len(
+            self.system_names
+        ) + self.system_code
+        order = np.argsort(key, kind="stable")
+        for k in order[1:][np.diff(key[order]) == 0][:1]:
+            raise ConfigError(
+                f"satellite: expected each once an epoch, got {str(self.satellite[k])!r} twice "
+                f"at {self.time[k]:g} s"
+            )
 
     @property
     def epochs(self) -> int:
@@ -96,7 +119,9 @@ class Pseudoranges:
             "time": self.time, "satellite": self.satellite, "position": self.position,
             "pseudorange": self.pseudorange, "sigma": self.sigma, "system": self.system, **changed,
         }  # fmt: skip
-        return Pseudoranges(**{name: column[rows] for name, column in columns.items()})
+        other = Pseudoranges.__new__(Pseudoranges)
+        other._set(rows, **columns)
+        return other
 
 
 def elevation_sigma(elevation_deg: npt.ArrayLike, zenith: float) -> FloatArray:
