@@ -125,7 +125,7 @@ struct Columns {
         available_with_e1(T),
         taken_out(N),
         clock({T, py::ssize_t{max_systems}}) {
-    for (auto* column : {&along, &sigma, &statistic, &threshold, &p_star, &bound, &e1, &e2,
+    for (auto* column : {&along, &sigma, &statistic, &threshold, &rival, &p_star, &bound, &e1, &e2,
                          &snapshot_protection, &protection})
       *column = Array(T);
     for (auto* column : {&residual, &critical_bias, &missed}) *column = Array(N);
@@ -145,6 +145,7 @@ struct Columns {
     sigma.mutable_data()[t] = v.sigma;
     statistic.mutable_data()[t] = v.statistic;
     threshold.mutable_data()[t] = v.threshold;
+    rival.mutable_data()[t] = v.rival;
     p_star.mutable_data()[t] = v.p_star;
     bound.mutable_data()[t] = v.bound;
     e1.mutable_data()[t] = v.e1;
@@ -169,7 +170,8 @@ struct Columns {
     out["excluded_count"] = excluded, out["degrees"] = degrees, out["alarm"] = alarm;
     out["separation_alarm"] = separation_alarm, out["available"] = available;
     out["available_with_e1"] = available_with_e1, out["along"] = along, out["sigma"] = sigma;
-    out["statistic"] = statistic, out["threshold"] = threshold, out["p_star"] = p_star;
+    out["statistic"] = statistic, out["threshold"] = threshold, out["p_star"] = p_star,
+    out["rival"] = rival;
     out["bound"] = bound, out["e1"] = e1, out["e2"] = e2, out["clock"] = clock;
     out["protection_chi2"] = snapshot_protection, out["protection"] = protection;
     out["excluded"] = taken_out, out["residual"] = residual, out["critical_bias"] = critical_bias;
@@ -180,8 +182,8 @@ struct Columns {
   py::array_t<std::uint8_t> status, declared;
   py::array_t<std::int32_t> used, excluded, degrees;
   py::array_t<bool> alarm, separation_alarm, available, available_with_e1, taken_out;
-  Array along, sigma, statistic, threshold, p_star, bound, e1, e2, snapshot_protection, protection,
-      residual, critical_bias, missed, clock;
+  Array along, sigma, statistic, threshold, rival, p_star, bound, e1, e2, snapshot_protection,
+      protection, residual, critical_bias, missed, clock;
 };
 
 /// Epoch t holds the rows begin[t] … begin[t + 1] − 1.

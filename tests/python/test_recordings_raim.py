@@ -98,7 +98,7 @@ def test_nagoya_north(recording: Folder) -> None:
 
 @pytest.fixture(scope="module")
 def car() -> dict[str, Any]:
-    return example("car-smartloc/raim.py")
+    return example("car-smartloc/raim_smartloc.py")
 
 
 def test_car_monitor(car: dict[str, Any], recording: Folder) -> None:

@@ -59,10 +59,13 @@ struct Problem {
   [[nodiscard]] double scan(double low, double high) const noexcept {
     double least = std::numeric_limits<double>::infinity(), best = low;
     for (int p = 0; p < places; ++p) {
-      const double l = low + (high - low) * p / (places - 1), value = left(l);
+      const double l = place(low, high, p), value = left(l);
       if (value < least) least = value, best = l;
     }
     return best;
+  }
+  [[nodiscard]] static double place(double low, double high, int p) noexcept {
+    return low + (high - low) * p / (places - 1);
   }
   /// Σ r_i d_i''/σ_i: what the track's bend adds to S''/2 = G − it.
   [[nodiscard]] double bending(const Values& r, const Values& second) const noexcept {
@@ -77,6 +80,19 @@ struct Problem {
 
 }  // namespace
 
+namespace {
+
+struct Ends {
+  double low, high;
+};
+/// K, on the track.
+Ends ends(const Track& track, const MonitorSettings& settings, const Whereabouts& where) noexcept {
+  return {std::max(where.low, track.low() - settings.interval),
+          std::min(where.high, track.high() + settings.interval)};
+}
+
+}  // namespace
+
 Fix find_fix(const Track& track, const Satellite* satellites, const Selection& selection,
              const MonitorSettings& settings, const Whereabouts& where) noexcept {
   Fix fix;
@@ -85,8 +101,7 @@ Fix find_fix(const Track& track, const Satellite* satellites, const Selection& s
     problem.clocks.add(1.0 / problem.satellite(k).sigma, problem.satellite(k).system);
   if (selection.size - 1 - problem.clocks.systems() < 1) return fix;
 
-  const double low = std::max(where.low, track.low() - settings.interval);
-  const double high = std::min(where.high, track.high() + settings.interval);
+  const auto [low, high] = ends(track, settings, where);
   if (!(low < high)) {
     fix.status = Solvable::off_track;
     return fix;
@@ -135,6 +150,27 @@ Fix find_fix(const Track& track, const Satellite* satellites, const Selection& s
     }
   }
   return fix;
+}
+
+double farthest_rival(const Track& track, const Satellite* satellites, const Selection& selection,
+                      const MonitorSettings& settings, const Whereabouts& where, const Fix& fix,
+                      double threshold) noexcept {
+  const auto [low, high] = ends(track, settings, where);
+  const Problem problem{track, satellites, selection, settings.rotation, fix.geometry.clocks()};
+  std::array<double, places> S;
+  for (int p = 0; p < places; ++p)
+    S[static_cast<std::size_t>(p)] = problem.left(Problem::place(low, high, p));
+  double farthest = 0.0;
+  for (int p = 0; p < places; ++p) {
+    const auto k = static_cast<std::size_t>(p);
+    const bool dips = (p == 0 || S[k] <= S[k - 1]) && (p == places - 1 || S[k] <= S[k + 1]);
+    if (!dips) continue;
+    const Fix other = find_fix(track, satellites, selection, settings,
+                               {Problem::place(low, high, p), where.low, where.high});
+    if (!other.ok() || other.statistic >= threshold) continue;
+    farthest = std::max(farthest, std::abs(other.along - fix.along));
+  }
+  return farthest > 2.0 * settled ? farthest : 0.0;
 }
 
 double linearisation_bound(const Track& track, const Satellite* satellites,

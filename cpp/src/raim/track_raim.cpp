@@ -52,7 +52,7 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n,
   verdict.declared = verdict.alarm || separation.alarm ? Declared::alarm : Declared::ok;
   if (verdict.declared == Declared::alarm && exclude(satellites, all, first, where, verdict))
     return verdict;
-  describe(satellites, all, first, separation, verdict);
+  describe(satellites, all, first, separation, where, verdict);
   return verdict;
 }
 
@@ -95,14 +95,15 @@ bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const
       const int given = all.index[static_cast<std::size_t>(member)];
       verdict.taken_out[static_cast<std::size_t>(given)] = true;
     }
-    describe(satellites, rest, again, separation, verdict);
+    describe(satellites, rest, again, separation, where, verdict);
     return true;
   }
   return false;
 }
 
 void TrackRaim::describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
-                         const Separation& separation, Verdict& verdict) const noexcept {
+                         const Separation& separation, const Whereabouts& where,
+                         Verdict& verdict) const noexcept {
   const Geometry& geometry = fix.geometry;
   const ChiSquaredTest& test = tables_.test(geometry.degrees());
   verdict.used = selection.size;
@@ -133,9 +134,14 @@ void TrackRaim::describe(const Satellite* satellites, const Selection& selection
   verdict.e2 = test.gain(0.0, verdict.bound);
   verdict.available = verdict.p_star <= settings_.missed;
   verdict.available_with_e1 = verdict.p_star + verdict.e1 <= settings_.missed;
-  verdict.snapshot_protection =
-      bounded_protection(satellites, selection, fix, integrity.slope, verdict.bound);
-  verdict.protection = separation.protection;
+  // What another place that passes has to say is not in any hypothesis: both are covered.
+  verdict.rival = 0.0;
+  if (std::isnan(where.near) || turns(where))
+    verdict.rival =
+        farthest_rival(*track_, satellites, selection, settings_, where, fix, test.threshold);
+  verdict.snapshot_protection = verdict.rival + bounded_protection(satellites, selection, fix,
+                                                                   integrity.slope, verdict.bound);
+  verdict.protection = verdict.rival + separation.protection;
 }
 
 double TrackRaim::bounded_protection(const Satellite* satellites, const Selection& selection,

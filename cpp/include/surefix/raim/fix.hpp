@@ -40,6 +40,13 @@ struct Whereabouts {
                            const Selection& selection, const MonitorSettings& settings,
                            const Whereabouts& where) noexcept;
 
+/// Distance to the farthest other minimum in K that a test at `threshold` does not tell from a
+/// healthy solution [m]; 0 if there is none.
+[[nodiscard]] double farthest_rival(const Track& track, const Satellite* satellites,
+                                    const Selection& selection, const MonitorSettings& settings,
+                                    const Whereabouts& where, const Fix& fix,
+                                    double threshold) noexcept;
+
 /// b: bound on ‖W 𝓔(l)‖ in standard deviations for all |l − l̂| ≤ half, 𝓔 what the tangent at l̂
 /// leaves of d. Between samples by |𝓔''| (section 4.3's largest W 𝓔, certified).
 [[nodiscard]] double linearisation_bound(const Track& track, const Satellite* satellites,

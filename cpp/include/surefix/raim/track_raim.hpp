@@ -39,7 +39,8 @@ class TrackRaim {
   [[nodiscard]] bool exclude(const Satellite* satellites, const Selection& all, const Fix& first,
                              const Whereabouts& where, Verdict& verdict) const noexcept;
   void describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
-                const Separation& separation, Verdict& verdict) const noexcept;
+                const Separation& separation, const Whereabouts& where,
+                Verdict& verdict) const noexcept;
   [[nodiscard]] double bounded_protection(const Satellite* satellites, const Selection& selection,
                                           const Fix& fix, double slope,
                                           double bound) const noexcept;

@@ -56,10 +56,11 @@ struct Verdict {
   bool separation_alarm = false;  ///< one of |l̂ − l̂_J| beyond its threshold
 
   // Of the solution, after an exclusion of what is left.
-  double p_star = none;               ///< probability that the worst critical fault is missed
-  double bound = none;                ///< b: the linearisation error in standard deviations
-  double e1 = none;                   ///< by how much b raises p_star
-  double e2 = none;                   ///< by how much b raises α
+  double rival = none;   ///< distance of another place that passes as well [m]; 0: none
+  double p_star = none;  ///< probability that the worst critical fault is missed
+  double bound = none;   ///< b: the linearisation error in standard deviations
+  double e1 = none;      ///< by how much b raises p_star
+  double e2 = none;      ///< by how much b raises α
   double snapshot_protection = none;  ///< half-width [m]
   double protection = none;           ///< half-width from fault hypotheses [m]
   bool available = false;             ///< p* ≤ γ

@@ -1,10 +1,10 @@
 """Reflections in a street canyon through the track monitor and the robust filter (car-smartloc).
 
-``python examples/car-smartloc/raim.py [../shared/data/car-smartloc] --out DIR`` takes the car's
-true path for a known track, fits a noise model to the first half of the drive, and judges limits
-claimed at risks of 1e-2 to 1e-9: without a monitor, with detection, with exclusion, and with an
-outlier hypothesis for every satellite (RobustFilter). It prints a table (``--first`` for the half
-that was fitted), and writes figures.json and figure.png into DIR. What it shows:
+``python examples/car-smartloc/raim_smartloc.py [../shared/data/car-smartloc] --out DIR`` takes the
+car's true path for a known track, fits a noise model to the first half of the drive, and judges
+limits claimed at risks of 1e-2 to 1e-9: without a monitor, with detection, with exclusion, and with
+an outlier hypothesis for every satellite (RobustFilter). It prints a table (``--first`` for the
+half that was fitted), and writes figures.json and figure.png into DIR. What it shows:
 docs/recordings-raim.md.
 """
 

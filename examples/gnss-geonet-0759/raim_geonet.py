@@ -1,6 +1,6 @@
-"""Three satellite systems, received at a station, through the track monitor (gnss-nagoya-rover).
+"""A GPS receiver that stands still, for an hour, through the track monitor (gnss-geonet-0759).
 
-``python examples/gnss-nagoya-rover/raim.py [../shared/data/gnss-nagoya-rover] --out DIR``
+``python examples/gnss-geonet-0759/raim_geonet.py [../shared/data/gnss-geonet-0759] --out DIR``
 lets a track of 1000 m radius pass through the station, to the east and to the north, counts false
 alarms on the recording as it is, puts biases on its satellites, and compares what is detected with
 what was predicted; it prints tables and writes figures.json, figure.png and stanford.png into DIR.
@@ -21,15 +21,15 @@ from surefix.plots.stanford import draw_stanford
 from surefix.studies.recorded_biases import Injected
 from surefix.studies.recorded_station import Station, biased, clean, draw, fitted, report
 
-NAME = "gnss-nagoya-rover"
+NAME = "gnss-geonet-0759"
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / NAME
 # As the recording's description has them: elevation mask [degrees], σ [m] at the zenith of a
 # solution in three dimensions.
-MASK, STATED = 10.0, 0.52
-LENGTH, EVERY = 50.0, 15  # m, L; of the epochs, for biases: they hardly differ
+MASK, STATED = 10.0, 0.45
+LENGTH, EVERY = 50.0, 1  # m, L; of the epochs, for biases
 HEADINGS = (90.0, 0.0)  # degrees from north
 SIZES = (5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0, 200.0)  # m
-LIMIT = 5.0  # m, alert limit of the Stanford diagram
+LIMIT = 10.0  # m, alert limit of the Stanford diagram
 
 
 def read(folder: Path) -> Station:
