@@ -6,7 +6,7 @@ monitor judges every epoch (5 Hz); the position of an epoch that it declares usa
 asynchronous filter as one measurement with its own standard deviation, epochs that are not are
 left out. The filter adds what a snapshot cannot know: errors of reflections last for seconds (a
 Gauss–Markov bias), and may be tens of metres (a drifting mode). Compared: both sensors, satellites
-alone, the wheel alone from a known start; over the second half of the drive, to which nothing was
+alone, the wheel alone from a known start; over the second half of the drive, to which no noise was
 fitted. It prints a table and writes fusion.json and fusion.png into DIR. What it shows:
 docs/recordings-raim.md.
 """
@@ -77,8 +77,8 @@ def make_filter(drive: smartloc.Drive, kind: str, state: str, risk: float) -> sf
 
 def truth(drive: smartloc.Drive, folder: Path) -> dict[str, Array]:
     """Mileage on the track [m] and speed [m/s] (T,): the recorded path length, of which the smooth
-    track is a little shorter, and what it gains in two seconds, since it steps by up to 0.6 m from
-    one epoch to the next where the wheel turns evenly."""
+    track is a little shorter, and what it gains in two seconds, since it steps now and then where
+    the wheel turns evenly."""
     path = np.genfromtxt(folder / "truth.csv", delimiter=",", names=True)["s_m"]
     along, time = path * (drive.whole.length / path[-1]), drive.data.epoch_time
     ends = [np.clip(time + move, time[0], time[-1]) for move in (-1.0, 1.0)]
@@ -92,7 +92,7 @@ def judge(
     """Over the second half of the drive. 'at_steps': the share of what is misleading that lies
     within a second of a step of the reference."""
     known = np.interp(result.time, time, true)
-    near = (np.abs(result.time[:, None] - steps) <= 1.0).any(axis=1)
+    near = np.asarray((np.abs(result.time[:, None] - steps) <= 1.0).any(axis=1))
     rows = result.time > time[len(time) // 2]
     outside = (known < result.lower) | (known > result.upper)
     half = (result.upper - result.lower) / 2
@@ -147,7 +147,7 @@ def main() -> None:
     arguments = parser.parse_args()
     drive = smartloc.read(arguments.data)
     true = truth(drive, arguments.data)
-    found = {}
+    found: dict[str, dict[str, Any]] = {}
     arguments.out.mkdir(parents=True, exist_ok=True)
     for name, sigma in smartloc.noise_models(drive).items():
         if name == "stated":

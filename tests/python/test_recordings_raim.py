@@ -29,7 +29,8 @@ def example(name: str) -> dict[str, Any]:
 
 def station(recording: Folder, name: str, every: int) -> Station:
     """As the example reads it, with biases on fewer epochs."""
-    found = example(f"{name}/raim.py")["read"](recording(f"{name}/truth.csv").parent)
+    script = f"{name}/raim_{name.split('-')[1]}.py"
+    found = example(script)["read"](recording(f"{name}/truth.csv").parent)
     return Station(
         found.name, found.data, found.position, found.mask, found.zenith, found.length, every
     )
@@ -169,3 +170,26 @@ def test_availability(recording: Folder) -> None:
     assert tunnel["share"] == pytest.approx(1 - tunnel["tunnel"], abs=2 * step)
     assert not drawn.available[drawn.satellites == 0].any()
     assert np.isnan(drawn.protection[drawn.satellites == 0]).all()
+
+
+def test_car_with_the_wheel(
+    recording: Folder, monkeypatch: pytest.MonkeyPatch, car: dict[str, Any]
+) -> None:
+    """Position limits at 1e-5 of both sensors hold in the second half, within 25 m; satellites
+    alone need twice as much, the wheel alone too."""
+    folder = recording("car-smartloc/truth.csv").parent
+    monkeypatch.syspath_prepend(str(EXAMPLES / "car-smartloc"))
+    fusion = example("car-smartloc/fusion_smartloc.py")
+    drive = car["read"](folder)
+    true = fusion["truth"](drive, folder)
+    log = fusion["fused_log"](
+        drive, fusion["monitored"](drive, car["noise_models"](drive)["fitted"])
+    )
+    time, found = drive.data.epoch_time, {}
+    for kind in fusion["KINDS"]:
+        result = fusion["make_filter"](drive, kind, "position", 1e-5).run(log, rate=2.0)
+        found[kind] = fusion["judge"](result, true["position"], "position", time, np.zeros(0))
+        assert found[kind]["misleading"] == 0.0
+    assert found["both"]["available"] == 1.0
+    for kind in ("satellites", "wheel"):
+        assert found[kind]["half_width"] > 2 * found["both"]["half_width"]

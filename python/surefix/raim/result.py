@@ -41,8 +41,8 @@ class RaimResult:
     (the smallest L/2 that is available) and ``protection`` (fault hypotheses), infinite where there
     is none. ``rival`` [m]: distance of another place in K that passes the test as well, 0 if there
     is none; it is in both protection levels. It is looked for where the search was over the whole
-    track, or over a K that turns. Of every row: ``excluded``, ``residual`` (whitened), ``critical_bias`` v_i* [m],
-    ``missed_at_critical`` p(i, v_i*).
+    track, or over a K that turns. Of every row: ``excluded``, ``residual`` (whitened),
+    ``critical_bias`` v_i* [m], ``missed_at_critical`` p(i, v_i*).
     """
 
     time: FloatArray
@@ -125,8 +125,8 @@ class RaimResult:
         """The columns with one entry an epoch, a clock for each system."""
         names = (
             "time", "status", "declared", "used", "excluded_count", "along", "sigma", "statistic",
-            "degrees", "threshold", "p_value", "alarm", "separation_alarm", "rival", "p_star", "bound", "e1",
-            "e2", "available", "available_with_e1", "protection_chi2", "protection",
+            "degrees", "threshold", "p_value", "alarm", "separation_alarm", "rival", "p_star",
+            "bound", "e1", "e2", "available", "available_with_e1", "protection_chi2", "protection",
         )  # fmt: skip
         columns = {name: getattr(self, name) for name in names}
         for c, system in enumerate(self.data.system_names):

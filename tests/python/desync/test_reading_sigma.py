@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import surefix as sf
@@ -15,11 +16,11 @@ from oracle.step import Array
 SIGMAS = (0.5, 2.0)
 
 
-def readings(seed: int) -> tuple[Array, Array, Array]:
+def readings(seed: int) -> tuple[Array, Array, npt.NDArray[np.intp]]:
     """Times, values, and which of the two standard deviations each has."""
     random = np.random.RandomState(seed)
     time = np.sort(random.uniform(0, 20, 200)).round(6)
-    which = random.randint(2, size=200)
+    which = np.asarray(random.randint(2, size=200), dtype=np.intp)
     value = 20 + 0.1 * time + np.array(SIGMAS)[which] * random.standard_normal(200)
     return time, value, which
 
