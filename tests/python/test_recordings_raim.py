@@ -104,8 +104,8 @@ def car() -> dict[str, Any]:
 
 def test_car_monitor(car: dict[str, Any], recording: Folder) -> None:
     """With the stated noise limits mislead a thousand times as often as claimed, and hardly an
-    epoch passes the test. With the noise fitted to the first half those that do not hold in the
-    second are epochs in which another place fits as well: begun at the true one they hold."""
+    epoch passes the test. With the noise fitted to the first half all hold in the second, wherever
+    the search begins: another place that fits as well is in them."""
     drive = car["read"](recording("car-smartloc/truth.csv").parent, 10)
     sigma = car["noise_models"](drive)
     assert car["outliers"](drive, sigma["stated"]) > 0.2
@@ -126,7 +126,8 @@ def test_car_monitor(car: dict[str, Any], recording: Folder) -> None:
         np.abs(found["along"] - drive.along) > found["half"] for found in (searched, begun)
     )
     assert np.sum(held & drive.back) == 0
-    assert np.sum(off & drive.back) < 0.05 * np.sum(np.isfinite(searched["half"]) & drive.back)
+    assert np.sum(off & drive.back) == 0
+    assert np.sum(searched["half"][drive.back] > 2 * begun["half"][drive.back]) > 0
 
 
 def test_car_hypotheses(car: dict[str, Any], recording: Folder) -> None:

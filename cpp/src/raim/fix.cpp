@@ -146,6 +146,7 @@ Fix find_fix(const Track& track, const Satellite* satellites, const Selection& s
     const double beyond = std::max(low - l, l - high);
     if (beyond > stride) {
       fix.status = Solvable::off_track;
+      fix.residual = r;
       return fix;
     }
   }

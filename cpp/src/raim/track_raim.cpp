@@ -39,6 +39,11 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n,
   verdict.used = all.size;
   const Fix first = fix(satellites, all, where);
   verdict.status = first.status;
+  // A solution beyond K is as much of an alarm as a large residual: faults have moved it there.
+  if (first.status == Solvable::off_track && first.geometry.size() > 0) {
+    verdict.alarm = exclude(satellites, all, first, where, verdict);
+    if (verdict.alarm) verdict.status = Solvable::ok;
+  }
   if (!first.ok()) return verdict;
 
   const ChiSquaredTest& test = tables_.test(first.geometry.degrees());
@@ -83,7 +88,8 @@ bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const
     const SatelliteSet set = best_exclusion(first.geometry, first.residual.data(), size);
     if (set.size == 0) continue;
     const Selection rest = without_set(all, set);
-    const Fix again = fix(satellites, rest, {first.along, where.low, where.high});
+    const double near = first.ok() ? first.along : none;
+    const Fix again = fix(satellites, rest, {near, where.low, where.high});
     if (!again.ok() || alarms(again)) continue;
     const Separation separation = separate(again.geometry, again.residual.data(), settings_,
                                            tables_, tables_.share(all.size, size));

@@ -33,7 +33,8 @@ class RaimResult:
     along the track), 'off track', 'diverged'. ``declared``: 'not available', 'ok', 'excluded' (an
     alarm, which ended when satellites were taken out) or 'alarm' (do not use the position).
     ``statistic`` Λ, ``degrees``, ``threshold``, ``p_value``, ``alarm`` (13): of all satellites in
-    view; ``separation_alarm``: a solution without one or two of them is too far off.
+    view, or their solution was beyond K and without some of them there is one (the statistic is
+    NaN then); ``separation_alarm``: a solution without one or two of them is too far off.
 
     Of the solution, after an exclusion without those: ``used`` satellites, ``along`` l̂ [m],
     ``sigma`` [m], ``clock`` (T, systems) [m], ``p_star``, ``bound`` b, ``e1``, ``e2``,

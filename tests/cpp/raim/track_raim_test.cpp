@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "raim/epochs.hpp"
-#include "surefix/core/distributions.hpp"
+#include "surefix/raim/follower.hpp"
 
 namespace surefix::raim {
 namespace {
@@ -96,6 +96,26 @@ TEST(TrackRaim, FindsAndTakesOutFaultySatellites) {
   }
 }
 
+TEST(TrackRaim, TakesOutAFaultThatLeavesTheTrack) {
+  const Track track = arc();
+  Random random(8);
+  const TrackRaim monitor(track, {});
+  auto satellites = epoch(track, 100.0, 10, 1, random, 0.5);
+  satellites[4].pseudorange += 30000.0;
+  const Verdict verdict = monitor.judge(satellites.data(), 10, anywhere);
+  EXPECT_EQ(verdict.status, Solvable::ok);
+  EXPECT_EQ(verdict.declared, Declared::excluded);
+  EXPECT_TRUE(verdict.alarm);
+  EXPECT_TRUE(verdict.taken_out[4]);
+  EXPECT_NEAR(verdict.along, 100.0, 5.0 * verdict.sigma);
+
+  MonitorSettings settings;
+  settings.max_excluded = 0;
+  const Verdict lost = TrackRaim(track, settings).judge(satellites.data(), 10, anywhere);
+  EXPECT_EQ(lost.status, Solvable::off_track);
+  EXPECT_EQ(lost.declared, Declared::not_available);
+}
+
 TEST(TrackRaim, SeparationIsTheSolutionWithoutTheSatellites) {
   Eigen::MatrixXd ends(2, 3);
   ends << -300.0, 40.0, 0.0, 300.0, -20.0, 5.0;
@@ -182,6 +202,27 @@ TEST(TrackRaim, WhereTheIterationBeginsChangesNothing) {
     EXPECT_NEAR(a.along, b.along, 1e-5);
     EXPECT_NEAR(a.statistic, b.statistic, 1e-5);
   }
+}
+
+TEST(Follower, LooksWhereTheVehicleCanBe) {
+  const Track track = arc();
+  Random random(7);
+  const TrackRaim monitor(track, {});
+  Follower follower(monitor, 20.0, anywhere.near);
+  const auto at = [&](double time, double l) {
+    const auto satellites = epoch(track, l, 10, 2, random, 0.3);
+    return follower.judge(time, satellites.data(), 10);
+  };
+  EXPECT_EQ(at(0.0, -200.0).declared, Declared::ok);
+  EXPECT_NEAR(follower.place(), -200.0, 20.0);
+  EXPECT_EQ(at(1.0, -190.0).declared, Declared::ok);
+  // 300 m in a second: beyond 20 m/s and L. What was last known stays.
+  const Verdict jump = at(2.0, 110.0);
+  EXPECT_EQ(jump.status, Solvable::off_track);
+  EXPECT_TRUE(std::isnan(jump.along));
+  EXPECT_NEAR(follower.place(), -190.0, 20.0);
+  EXPECT_EQ(follower.time(), 1.0);
+  EXPECT_EQ(at(20.0, 110.0).declared, Declared::ok);  // in 19 s it can be there
 }
 
 TEST(TrackRaim, RefusesSettingsThatPromiseNothing) {

@@ -52,7 +52,7 @@ struct Verdict {
   double statistic = none;  ///< Λ
   int degrees = 0;
   double threshold = none;        ///< h(α)
-  bool alarm = false;             ///< Λ ≥ h
+  bool alarm = false;             ///< Λ ≥ h, or the solution was beyond K
   bool separation_alarm = false;  ///< one of |l̂ − l̂_J| beyond its threshold
 
   // Of the solution, after an exclusion of what is left.
