@@ -125,8 +125,8 @@ struct Columns {
         available_with_e1(T),
         taken_out(N),
         clock({T, py::ssize_t{max_systems}}) {
-    for (auto* column : {&along, &sigma, &statistic, &threshold, &rival, &p_star, &bound, &e1, &e2,
-                         &snapshot_protection, &protection})
+    for (auto* column : {&along, &sigma, &statistic, &threshold, &rival, &p_star, &bound,
+                         &bound_along, &e1, &e2, &snapshot_protection, &protection})
       *column = Array(T);
     for (auto* column : {&residual, &critical_bias, &missed}) *column = Array(N);
   }
@@ -148,6 +148,7 @@ struct Columns {
     rival.mutable_data()[t] = v.rival;
     p_star.mutable_data()[t] = v.p_star;
     bound.mutable_data()[t] = v.bound;
+    bound_along.mutable_data()[t] = v.bound_along;
     e1.mutable_data()[t] = v.e1;
     e2.mutable_data()[t] = v.e2;
     snapshot_protection.mutable_data()[t] = v.snapshot_protection;
@@ -172,7 +173,8 @@ struct Columns {
     out["available_with_e1"] = available_with_e1, out["along"] = along, out["sigma"] = sigma;
     out["statistic"] = statistic, out["threshold"] = threshold, out["p_star"] = p_star,
     out["rival"] = rival;
-    out["bound"] = bound, out["e1"] = e1, out["e2"] = e2, out["clock"] = clock;
+    out["bound"] = bound, out["bound_along"] = bound_along, out["e1"] = e1, out["e2"] = e2,
+    out["clock"] = clock;
     out["protection_chi2"] = snapshot_protection, out["protection"] = protection;
     out["excluded"] = taken_out, out["residual"] = residual, out["critical_bias"] = critical_bias;
     out["missed_at_critical"] = missed;
@@ -182,8 +184,8 @@ struct Columns {
   py::array_t<std::uint8_t> status, declared;
   py::array_t<std::int32_t> used, excluded, degrees;
   py::array_t<bool> alarm, separation_alarm, available, available_with_e1, taken_out;
-  Array along, sigma, statistic, threshold, rival, p_star, bound, e1, e2, snapshot_protection,
-      protection, residual, critical_bias, missed, clock;
+  Array along, sigma, statistic, threshold, rival, p_star, bound, bound_along, e1, e2,
+      snapshot_protection, protection, residual, critical_bias, missed, clock;
 };
 
 /// Epoch t holds the rows begin[t] … begin[t + 1] − 1.

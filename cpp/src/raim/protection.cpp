@@ -70,17 +70,19 @@ SnapshotIntegrity snapshot_integrity(const Geometry& geometry, const MonitorSett
   return out;
 }
 
-double snapshot_protection(const Geometry& geometry, double slope, double bound,
-                           const MonitorSettings& settings, const MonitorTables& tables) noexcept {
+double snapshot_protection(const Geometry& geometry, double slope,
+                           const TangentError::Bounds& bounds, const MonitorSettings& settings,
+                           const MonitorTables& tables) noexcept {
   const double sigma = geometry.sigma(), tolerated = settings.risk / settings.fault_probability;
-  const double healthy = normal_two_sided(settings.risk) * sigma;
+  const double off = sigma * bounds.whole;  // l̂ by the bend alone
+  const double healthy = off + normal_two_sided(settings.risk) * sigma;
   if (slope == 0.0 || tolerated >= 1.0) return healthy;
-  const double shift = slope * (tables.detected(geometry.degrees()) + bound);
+  const double shift = slope * (tables.detected(geometry.degrees()) + bounds.parity);
   if (!(shift < infinity)) return infinity;
   const double low = shift + tables.tolerated() * sigma;
   const double high = shift + normal_one_sided(0.5 * tolerated) * sigma;
   const double faulty = tail_root(AtShift{shift, sigma}, tolerated, std::max(low, 0.0), high);
-  return std::max(healthy, faulty);
+  return std::max(healthy, off + faulty);
 }
 
 }  // namespace surefix::raim

@@ -25,15 +25,15 @@ class Hypotheses {
   /// Σ_J, and the fault-free term.
   struct Tail {
     const Hypotheses& sets;
-    double sigma, prior;
+    double sigma, prior, bent;
     TailValue operator()(double x) const noexcept {
-      const TailValue none = gaussian_tail(x, sigma);
+      const TailValue none = gaussian_tail(x - bent * sigma, sigma);
       TailValue sum{2.0 * none.probability, 2.0 * none.density};
       double p = prior;
       for (int k = 0; k < sets.count_; ++k) {
         if (k == sets.singles_) p = prior * prior;
         const auto i = static_cast<std::size_t>(k);
-        const double beyond = x - sets.threshold_[i];
+        const double beyond = x - sets.threshold_[i] - bent * sets.sigma_[i];
         if (beyond <= 0.0) {  // 2 Q ≥ 1
           sum.probability += p;
           continue;
@@ -48,17 +48,18 @@ class Hypotheses {
 
   /// The PL of `budget` > 0. If every term is at 1/(count + 1) of it, so is the sum; if the largest
   /// is at all of it, the sum is not below.
-  [[nodiscard]] double protection(double sigma, double prior, double budget) const noexcept {
+  [[nodiscard]] double protection(double sigma, double prior, double budget,
+                                  double bent) const noexcept {
     const double part = budget / (count_ + 1);
-    double low = beyond(budget) * sigma, high = beyond(part) * sigma;
+    double low = (beyond(budget) + bent) * sigma, high = (beyond(part) + bent) * sigma;
     const double low_1 = beyond(budget / prior), high_1 = beyond(part / prior);
     const double low_2 = beyond(budget / (prior * prior)), high_2 = beyond(part / (prior * prior));
     for (int k = 0; k < count_; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      low = std::max(low, threshold_[i] + (k < singles_ ? low_1 : low_2) * sigma_[i]);
-      high = std::max(high, threshold_[i] + (k < singles_ ? high_1 : high_2) * sigma_[i]);
+      low = std::max(low, threshold_[i] + ((k < singles_ ? low_1 : low_2) + bent) * sigma_[i]);
+      high = std::max(high, threshold_[i] + ((k < singles_ ? high_1 : high_2) + bent) * sigma_[i]);
     }
-    return tail_root(Tail{*this, sigma, prior}, budget, low, high);
+    return tail_root(Tail{*this, sigma, prior, bent}, budget, low, high);
   }
 
  private:
@@ -104,8 +105,9 @@ SetSolution without(const Geometry& g, const double* r, int i, int j) noexcept {
   return out;
 }
 
-Separation separate(const Geometry& g, const double* r, const MonitorSettings& settings,
-                    const MonitorTables& tables, double share) noexcept {
+Separation separate(const Geometry& g, const double* r, const TangentError& error,
+                    const MonitorSettings& settings, const MonitorTables& tables,
+                    double share) noexcept {
   const int n = g.size();
   const double K = tables.separation(n), sigma = g.sigma(), prior = settings.fault_probability;
   double budget = share;
@@ -121,7 +123,11 @@ Separation separate(const Geometry& g, const double* r, const MonitorSettings& s
   if (settings.max_faults > 1)
     for (int i = 0; i < n; ++i)
       for (int j = i + 1; j < n; ++j) take(without(g, r, i, j), false);
-  out.protection = budget > 0.0 ? hypotheses.protection(sigma, prior, budget) : infinity;
+  out.protection = infinity;
+  if (!(budget > 0.0)) return out;
+  out.protection = within(settings.interval, [&](double half) {
+    return hypotheses.protection(sigma, prior, budget, error.over(half).whole);
+  });
   return out;
 }
 

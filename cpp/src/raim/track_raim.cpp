@@ -41,8 +41,10 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n,
   verdict.status = first.status;
   // A solution beyond K is as much of an alarm as a large residual: faults have moved it there.
   if (first.status == Solvable::off_track && first.geometry.size() > 0) {
-    verdict.alarm = exclude(satellites, all, first, where, verdict);
-    if (verdict.alarm) verdict.status = Solvable::ok;
+    verdict.alarm = true;
+    verdict.degrees = first.geometry.degrees();
+    verdict.threshold = tables_.test(verdict.degrees).threshold;
+    if (exclude(satellites, all, first, where, verdict)) verdict.status = Solvable::ok;
   }
   if (!first.ok()) return verdict;
 
@@ -51,8 +53,9 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n,
   verdict.degrees = first.geometry.degrees();
   verdict.threshold = test.threshold;
   verdict.alarm = alarms(first);
-  const Separation separation = separate(first.geometry, first.residual.data(), settings_, tables_,
-                                         tables_.share(all.size, 0));
+  const TangentError error(*track_, satellites, all, first, settings_.rotation);
+  const Separation separation = separate(first.geometry, first.residual.data(), error, settings_,
+                                         tables_, tables_.share(all.size, 0));
   verdict.separation_alarm = separation.alarm;
   verdict.declared = verdict.alarm || separation.alarm ? Declared::alarm : Declared::ok;
   if (verdict.declared == Declared::alarm && exclude(satellites, all, first, where, verdict))
@@ -77,8 +80,7 @@ Fix TrackRaim::fix(const Satellite* satellites, const Selection& selection,
 bool TrackRaim::turns(const Whereabouts& where) const noexcept {
   const double low = std::max(where.low, track_->low()),
                high = std::min(where.high, track_->high());
-  const bool bounded = std::isfinite(where.low) && std::isfinite(where.high) && low < high;
-  return bounded && track_->bend_bound(low, high) * (high - low) > 1.0;
+  return low < high && track_->bend_bound(low, high) * (high - low) > 1.0;
 }
 
 bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const Fix& first,
@@ -91,7 +93,8 @@ bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const
     const double near = first.ok() ? first.along : none;
     const Fix again = fix(satellites, rest, {near, where.low, where.high});
     if (!again.ok() || alarms(again)) continue;
-    const Separation separation = separate(again.geometry, again.residual.data(), settings_,
+    const TangentError error(*track_, satellites, rest, again, settings_.rotation);
+    const Separation separation = separate(again.geometry, again.residual.data(), error, settings_,
                                            tables_, tables_.share(all.size, size));
     if (separation.alarm) continue;
     verdict.declared = Declared::excluded;
@@ -129,8 +132,10 @@ void TrackRaim::describe(const Satellite* satellites, const Selection& selection
     verdict.missed[given] = integrity.missed[i];
   }
   verdict.p_star = integrity.p_star;
-  verdict.bound = linearisation_bound(*track_, satellites, selection, fix, settings_.interval,
-                                      settings_.rotation);
+  const TangentError error(*track_, satellites, selection, fix, settings_.rotation);
+  const TangentError::Bounds bounds = error.over(settings_.interval);
+  verdict.bound = bounds.parity;
+  verdict.bound_along = bounds.whole;
   const bool faults_matter = std::isfinite(integrity.noncentrality);
   verdict.e1 =
       faults_matter
@@ -145,22 +150,11 @@ void TrackRaim::describe(const Satellite* satellites, const Selection& selection
   if (std::isnan(where.near) || turns(where))
     verdict.rival =
         farthest_rival(*track_, satellites, selection, settings_, where, fix, test.threshold);
-  verdict.snapshot_protection = verdict.rival + bounded_protection(satellites, selection, fix,
-                                                                   integrity.slope, verdict.bound);
+  verdict.snapshot_protection =
+      verdict.rival + within(settings_.interval, [&](double half) {
+        return snapshot_protection(geometry, integrity.slope, error.over(half), settings_, tables_);
+      });
   verdict.protection = verdict.rival + separation.protection;
-}
-
-double TrackRaim::bounded_protection(const Satellite* satellites, const Selection& selection,
-                                     const Fix& fix, double slope, double bound) const noexcept {
-  // b holds over the interval: where the protection level is longer, over as much as that.
-  double half = settings_.interval;
-  for (int round = 0; round < 12; ++round) {
-    const double found = snapshot_protection(fix.geometry, slope, bound, settings_, tables_);
-    if (found <= half || !std::isfinite(found)) return found;
-    half = 1.05 * found;
-    bound = linearisation_bound(*track_, satellites, selection, fix, half, settings_.rotation);
-  }
-  return std::numeric_limits<double>::infinity();
 }
 
 }  // namespace surefix::raim

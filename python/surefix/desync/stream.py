@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+import numpy as np
 import numpy.typing as npt
 
 from surefix import _core
@@ -93,8 +94,9 @@ def check_estimated(status: str, time: float) -> None:
 
 
 def factor_of(sigma: Any, sensors: Sequence[Sensor], index: int) -> float:
-    """Of a reading that says how good it is: its standard deviation in units of its sensor's."""
-    if sigma is None or index < 0:
+    """Of a reading that says how good it is: its standard deviation in units of its sensor's. NaN,
+    as in a log: the sensor's own."""
+    if sigma is None or index < 0 or (isinstance(sigma, (float, np.floating)) and np.isnan(sigma)):
         return 1.0
     return float_or_nan(sigma) / sensors[index].sigma
 

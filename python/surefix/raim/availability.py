@@ -34,6 +34,7 @@ class AvailabilityMap:
         )  # fmt: skip
         self.available, self.available_with_e1 = result.available, result.available_with_e1
         self.protection, self.protection_chi2 = result.protection, result.protection_chi2
+        self.bound_along = result.bound_along
         self.status, self.length, self.risk = result.status, result.length, result.risk
         self.missed = missed
 
@@ -48,8 +49,9 @@ class AvailabilityMap:
     def table(self) -> dict[str, npt.NDArray[Any]]:
         """Columns, one row a mileage."""
         names = (
-            "along", "latitude", "longitude", "satellites", "status", "sigma", "p_star", "e1", "e2",
-            "available", "available_with_e1", "protection_chi2", "protection",
+            "along", "latitude", "longitude", "satellites", "status", "sigma", "p_star",
+            "bound_along", "e1", "e2", "available", "available_with_e1", "protection_chi2",
+            "protection",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 
@@ -128,6 +130,9 @@ def sagnac(receiver: FloatArray, satellite: FloatArray) -> FloatArray:
 
 def _places(track: Track, along: npt.ArrayLike | None, step: float) -> FloatArray:
     if along is not None:
-        return np.array(checks.array("along", along, (None,)))
+        given = np.array(checks.array("along", along, (None,)))
+        if len(given) == 0:
+            raise ShapeError(f"along: expected at least one mileage, got shape {given.shape}")
+        return given
     apart = checks.positive("step", step)
     return np.arange(track.low, track.high + 1e-9 * apart, apart)

@@ -112,8 +112,9 @@ class LinearTest:
             if self.degrees > 0
             else np.inf
         )
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):
             v = np.where(unit > 1e-20 * size, np.sqrt(wanted / unit), np.inf)
+            v = np.where(np.isfinite(size), v, np.nan)
         return float(v) if v.ndim == 0 else v
 
 

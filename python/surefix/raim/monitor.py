@@ -24,9 +24,10 @@ class TrackRaim:
     taken from the risk. ``max_excluded``: how many satellites may be taken out, 0 to 4; half of
     the risk is divided among the sets that could be. ``interval`` [m]: half-width of K around the
     estimate, over which the linearisation error is bounded; by default length / 2.
-    ``max_speed`` [m/s]: the position is looked for within what the vehicle may have gone, at that
-    speed and ``length`` besides, since the last one that may be used: on a track that comes near
-    to itself only that tells the branches apart. ``earth_rotation``: the satellites' positions
+    ``max_speed`` [m/s]: the position is looked for where the vehicle can be, in an interval that
+    grows at that speed and shrinks to the protection level (``length`` if that is longer) of every
+    position that may be used: on a track that comes near to itself only that tells the branches
+    apart. ``earth_rotation``: the satellites' positions
     are in the frame at transmission; the Sagnac term is added.
     """
 
@@ -58,7 +59,7 @@ class TrackRaim:
         self.max_speed = (
             math.inf if max_speed == math.inf else checks.positive("max_speed", max_speed)
         )
-        self.earth_rotation = bool(earth_rotation)
+        self.earth_rotation = checks.instance("earth_rotation", earth_rotation, bool)
         self._engine = _core.TrackRaimEngine(
             self.track.engine, self.length, self.false_alarm, self.missed, self.risk,
             self.fault_probability, self.max_faults, self.max_excluded, self.interval,
@@ -72,8 +73,9 @@ class TrackRaim:
         near: float | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> RaimResult:
-        """Judges all epochs, in order of time. ``near``: mileage [m] at the beginning; by
-        default the whole track is searched. ``progress`` is called with (done, total).
+        """Judges all epochs, in order of time. ``near``: mileage [m] at the beginning, right to
+        within ``length``; by default the whole track is searched. ``progress`` is called with
+        (done, total).
         """
         data = checks.instance("pseudoranges", pseudoranges, Pseudoranges)
         if data.epochs == 0:

@@ -37,12 +37,14 @@ class RaimResult:
     NaN then); ``separation_alarm``: a solution without one or two of them is too far off.
 
     Of the solution, after an exclusion without those: ``used`` satellites, ``along`` l̂ [m],
-    ``sigma`` [m], ``clock`` (T, systems) [m], ``p_star``, ``bound`` b, ``e1``, ``e2``,
+    ``sigma`` [m], ``clock`` (T, systems) [m], ``p_star``, ``bound`` b, ``bound_along`` c (by
+    how much the bend may move l̂, in σ), ``e1``, ``e2``,
     ``available`` (p* ≤ γ), ``available_with_e1`` (p* + e₁ ≤ γ); half-widths [m] ``protection_chi2``
-    (the smallest L/2 that is available) and ``protection`` (fault hypotheses), infinite where there
-    is none. ``rival`` [m]: distance of another place in K that passes the test as well, 0 if there
-    is none; it is in both protection levels. It is looked for where the search was over the whole
-    track, or over a K that turns. Of every row: ``excluded``, ``residual`` (whitened),
+    (the smallest L/2 with p* + e₁ ≤ γ that holds a healthy error but for p_r; single faults, and no
+    price for the choice of an exclusion) and ``protection`` (fault hypotheses), infinite where
+    there is none. ``rival`` [m]: distance of another place in K that passes the test as well, 0 if
+    there is none; it is in both protection levels. It is looked for where nothing is known of the
+    position, or K turns. Of every row: ``excluded``, ``residual`` (whitened),
     ``critical_bias`` v_i* [m], ``missed_at_critical`` p(i, v_i*).
     """
 
@@ -63,6 +65,7 @@ class RaimResult:
     rival: FloatArray
     p_star: FloatArray
     bound: FloatArray
+    bound_along: FloatArray
     e1: FloatArray
     e2: FloatArray
     available: BoolArray
@@ -106,9 +109,10 @@ class RaimResult:
         }
 
     def to_log(self, sensor: str = "gnss") -> Log:
-        """The positions of the epochs whose position may be used, as measurements: rows without an
-        integrity claim are left out, and ``counts`` tells how many. Each has its own σ."""
-        rows = self.usable
+        """The positions that may be used and have a protection level, as measurements, each with
+        its own σ. Left out: what is not available or alarmed, and what has no finite level or a
+        rival, of which a Gaussian says nothing."""
+        rows = self.usable & np.isfinite(self.protection) & (self.rival == 0)
         return Log(
             self.time[rows], np.full(int(rows.sum()), sensor), self.along[rows],
             sigma=self.sigma[rows],
@@ -127,7 +131,8 @@ class RaimResult:
         names = (
             "time", "status", "declared", "used", "excluded_count", "along", "sigma", "statistic",
             "degrees", "threshold", "p_value", "alarm", "separation_alarm", "rival", "p_star",
-            "bound", "e1", "e2", "available", "available_with_e1", "protection_chi2", "protection",
+            "bound", "bound_along", "e1", "e2", "available", "available_with_e1", "protection_chi2",
+            "protection",
         )  # fmt: skip
         columns = {name: getattr(self, name) for name in names}
         for c, system in enumerate(self.data.system_names):

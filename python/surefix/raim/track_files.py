@@ -19,6 +19,7 @@ from surefix.reading.from_csv import read_csv
 
 CARTESIAN = ("x_m", "y_m", "z_m")
 GEODETIC = ("lat_deg", "lon_deg", "height_m")
+COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 
 
 def read_track(
@@ -40,14 +41,13 @@ def read_track(
     """
     path = Path(path)
     level = checks.number("height", height)
-    if path.suffix.lower() in (".geojson", ".json"):
-        points = _from_geojson(path, level)
-    else:
-        points = _from_csv(path, columns, level)
+    json_file = path.suffix.lower() in (".geojson", ".json")
     try:
+        points = _from_geojson(path, level) if json_file else _from_csv(path, columns, level)
         return Track(points, tolerance=tolerance, start=start)
     except ConfigError as error:
-        raise ConfigError(f"{path}: {error}") from None
+        named = str(error).startswith(str(path)) or str(error).startswith("columns:")
+        raise error if named else ConfigError(f"{path}: {error}") from None
 
 
 def _from_csv(path: Path, columns: Sequence[str] | None, height: float) -> FloatArray:
@@ -89,10 +89,10 @@ def _filled(path: Path, name: str, column: TableColumn) -> FloatArray:
 
 def _from_geojson(path: Path, height: float) -> FloatArray:
     try:
-        given = json.loads(path.read_text(encoding="utf-8"))
+        given = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from None
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise ConfigError(f"{path}: not a readable GeoJSON file: {error}") from None
     points: list[tuple[float, float, float]] = []
     for line in _lines(path, given):
@@ -101,23 +101,39 @@ def _from_geojson(path: Path, height: float) -> FloatArray:
                 raise ConfigError(f"{path}: expected [longitude, latitude], got {point!r}")
             place = f"{path}, point {len(points) + 1}"
             lon, lat = (checks.number(place, v) for v in point[:2])
-            points.append((lat, lon, checks.number(place, point[2]) if point[2:] else height))
+            points.append(
+                (
+                    lat,
+                    lon,
+                    height if not point[2:] or point[2] is None else checks.number(place, point[2]),
+                )
+            )
     if not points:
         raise ConfigError(f"{path}: expected a LineString, got no line")
     return geodetic_to_ecef(*np.array(points).T)
 
 
 def _lines(path: Path, given: Any) -> list[Any]:
-    """Coordinates of all lines in an object of GeoJSON."""
+    """Coordinates of all lines in an object of GeoJSON; what is no line, stations for example, is
+    left out."""
     kind = given.get("type") if isinstance(given, dict) else None
-    if kind == "FeatureCollection":
-        return [line for feature in given.get("features", []) for line in _lines(path, feature)]
+    if kind in COLLECTIONS:
+        return [
+            line for part in _list(path, given, COLLECTIONS[kind]) for line in _lines(path, part)
+        ]
     if kind == "Feature":
-        return _lines(path, given.get("geometry"))
-    if kind == "GeometryCollection":
-        return [line for part in given.get("geometries", []) for line in _lines(path, part)]
+        return _lines(path, given["geometry"]) if given.get("geometry") else []
     if kind == "LineString":
-        return [given.get("coordinates")]
+        return [_list(path, given, "coordinates")]
     if kind == "MultiLineString":
-        return list(given.get("coordinates") or [])
+        return _list(path, given, "coordinates")
+    if kind in ("Point", "MultiPoint"):
+        return []
     raise ConfigError(f"{path}: expected a LineString, got {kind!r}")
+
+
+def _list(path: Path, given: dict[str, Any], key: str) -> list[Any]:
+    found = given.get(key)
+    if not isinstance(found, list):
+        raise ConfigError(f"{path}: expected a list of {key}, got {found!r}")
+    return found

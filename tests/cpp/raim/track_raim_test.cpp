@@ -221,7 +221,8 @@ TEST(Follower, LooksWhereTheVehicleCanBe) {
   EXPECT_EQ(jump.status, Solvable::off_track);
   EXPECT_TRUE(std::isnan(jump.along));
   EXPECT_NEAR(follower.place(), -190.0, 20.0);
-  EXPECT_EQ(follower.time(), 1.0);
+  EXPECT_LT(follower.low(), -190.0);
+  EXPECT_GT(follower.high(), -190.0);
   EXPECT_EQ(at(20.0, 110.0).declared, Declared::ok);  // in 19 s it can be there
 }
 

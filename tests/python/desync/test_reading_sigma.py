@@ -132,7 +132,8 @@ def test_a_sigma_that_is_none_is_counted(sigma: float) -> None:
     log = sf.Log([1.0, 2.0], ["gnss", "gnss"], [20.0, 20.0], [sigma, 1.0])
     assert filter.run(log).counts == {"ok": 1, "not_finite": 1}
     assert filter.push(1.0, "gnss", 20.0, sigma).name == "not_finite"
-    assert filter.push(2.0, "gnss", 20.0, float("nan")).name == "not_finite"
+    assert filter.push(2.0, "gnss", 20.0, "good").name == "not_finite"
+    assert filter.push(2.0, "gnss", 20.0, float("nan")).name == "ok"  # as in a log: the sensor's
 
 
 def test_wrong_lengths_are_named() -> None:

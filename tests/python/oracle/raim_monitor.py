@@ -94,9 +94,12 @@ def at_half_length(
     return p, float(missed(least, loss, s.degrees, demand.false_alarm)[0])
 
 
-def protection_chi2(s: Solution, sigma: Array, loss: float, demand: Demand) -> float:
+def protection_chi2(
+    s: Solution, sigma: Array, loss: float, demand: Demand, bend: float = 0.0
+) -> float:
     """The smallest half-width at which p* + e_1 <= gamma and the fault-free risk is met; infinite
-    where there is none."""
+    where there is none. ``bend``: by how many sigma the track's bend may move the estimate."""
+    off = bend * s.sigma
     least = float(s.sigma * norm.isf(demand.risk / 2))
 
     def excess(half: float) -> float:
@@ -105,18 +108,22 @@ def protection_chi2(s: Solution, sigma: Array, loss: float, demand: Demand) -> f
         return float(np.log(max(worst, 1e-250) / demand.missed))
 
     if excess(least) <= 0.0:
-        return least
+        return least + off
     far = 2.0 * least
     while excess(far) > 0.0:
         far *= 2.0
         if far > 1e6 * least:
             return np.inf
-    return float(brentq(excess, far / 2.0, far, xtol=1e-9, rtol=1e-12))
+    return float(brentq(excess, far / 2.0, far, xtol=1e-9, rtol=1e-12)) + off
 
 
-def linearisation_error(epoch: Epoch, track: Track, s: Solution, mileage: Array) -> Array:
-    """||W E(l)|| (k,) at mileages (k,), E(l) = d(l) - d(l^) - d'(l^) (l - l^), by projection."""
-    rest = np.eye(epoch.n) - s.hat
+def linearisation_error(
+    epoch: Epoch, track: Track, s: Solution, mileage: Array, whole: bool = False
+) -> Array:
+    """||W E(l)|| (k,) at mileages (k,), E(l) = d(l) - d(l^) - d'(l^) (l - l^), by projection;
+    ``whole``: of E without what the clocks take, the mileage's direction in it."""
+    clocks = s.J[:, 1:]
+    rest = np.eye(epoch.n) - (clocks @ np.linalg.pinv(clocks) if whole else s.hat)
     here, slope = linearised(epoch, track, s.along)[0], s.J[:, 0]
     found = []
     for at in mileage:

@@ -3,7 +3,11 @@
 A fault J that is in the data moves the estimate by no more than the separation it may have without
 an alarm, T_J, from an estimate that knows nothing of it:
 
-    P(|l^ - l| > PL)  <=  2 Q(PL / sigma) + sum_J p_f^|J| min(1, 2 Q((PL - T_J) / sigma_J))
+    P(|l^ - l| > PL)
+        <=  2 Q(PL / sigma - c) + sum_J p_f^|J| min(1, 2 Q((PL - T_J) / sigma_J - c))
+
+An estimate is a projection of the data on a vector as long as its deviation: what the tangent
+leaves of a track that bends, no longer than c once the clocks are out, moves it by c deviations.
 
 sigma_J is the deviation of the estimate without J, infinite where there is none. Where J has no
 part in the estimate (one satellite alone has its system's clock to itself), a fault of it is as
@@ -78,24 +82,28 @@ def budget(n: int, demand: Demand, excluded: int = 0) -> float:
     return covered / 2 if excluded == 0 else covered / 2 / outcomes
 
 
-def outside(half: float, s: Solution, all_: list[Without], T: Array, demand: Demand) -> float:
+def outside(
+    half: float, s: Solution, all_: list[Without], T: Array, demand: Demand, bend: float
+) -> float:
     """The right side of the formula above."""
     prior = np.array([demand.fault_probability ** len(w.gone) for w in all_])
     sigma = np.array([w.sigma for w in all_])
     blind = np.isinf(sigma)
-    beyond = np.where(blind, 0.0, half - T) / np.where(blind, 1.0, sigma)
+    beyond = np.where(blind, 0.0, half - T) / np.where(blind, 1.0, sigma) - bend
     harms = np.array([not harmless(s, w) for w in all_])
     terms = prior * np.minimum(2.0 * norm.sf(beyond), 1.0)
-    return 2.0 * float(norm.sf(half / s.sigma)) + float(terms[harms].sum())
+    return 2.0 * float(norm.sf(half / s.sigma - bend)) + float(terms[harms].sum())
 
 
 @dataclass(frozen=True)
 class Question:
-    """How wide the interval about s must be; n satellites in view before any exclusion."""
+    """How wide the interval about s must be; n satellites in view before any exclusion; ``bend``:
+    c [sigma]."""
 
     s: Solution
     n: int
     demand: Demand
+    bend: float = 0.0
 
     @property
     def budget(self) -> float:
@@ -108,14 +116,14 @@ class Question:
         return all_, separation_thresholds(all_, self.demand.false_alarm)
 
     def risk(self, half: float) -> float:
-        return outside(half, self.s, *self.sets, self.demand)
+        return outside(half, self.s, *self.sets, self.demand, self.bend)
 
     @property
     def answer(self) -> float:
         """Half-width [m], infinite where none is wide enough."""
-        finite = [t + 45.0 * w.sigma for w, t in zip(*self.sets, strict=True)
+        finite = [t + (45.0 + self.bend) * w.sigma for w, t in zip(*self.sets, strict=True)
                   if np.isfinite(w.sigma)]  # fmt: skip
-        far, left = max([45.0 * self.s.sigma, *finite]), self.budget
+        far, left = max([(45.0 + self.bend) * self.s.sigma, *finite]), self.budget
         if left <= 0.0 or self.risk(far) >= left:
             return np.inf
 

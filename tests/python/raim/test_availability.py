@@ -67,9 +67,11 @@ def check(found: sf.raim.AvailabilityMap, k: int, seen: Flags, sigma: Array) -> 
     assert found.p_star[k] == pytest.approx(p.max(), rel=1e-4, abs=1e-30)
     assert found.available[k] == (found.p_star[k] <= 1e-3)
     assert found.available_with_e1[k] == (found.p_star[k] + found.e1[k] <= 1e-3)
-    asked = protection.Question(s, len(index), DEMAND)
+    asked = protection.Question(s, len(index), DEMAND, float(found.bound_along[k]))
     if np.isinf(asked.answer):
         assert found.protection[k] == np.inf
+    elif found.protection[k] > SETTINGS["length"] / 2:  # it bears the bend over more than K
+        assert found.protection[k] >= asked.answer * (1 - 1e-6)
     else:
         assert found.protection[k] == pytest.approx(asked.answer, rel=1e-6)
 

@@ -14,6 +14,7 @@ import surefix as sf
 from oracle.raim_monitor import Demand
 from oracle.raim_solution import Epoch
 from oracle.step import Array
+from raim import scenes
 from raim.scenes import Scene, curved_points, monitor, scene, straight_points
 
 EPOCHS = 10_000
@@ -104,3 +105,34 @@ def test_protection_holds_whatever_the_fault(size: float, rank: int) -> None:
     quiet = ~result.alarm & ~result.separation_alarm
     assert np.isfinite(result.protection).all()
     assert np.mean(outside & quiet) <= 1e-2 + 5.0 * np.sqrt(1e-2 / EPOCHS)
+
+
+@pytest.mark.parametrize(("radius", "bias"), [(300.0, 50.0), (150.0, 40.0), (600.0, -50.0)])
+def test_protection_holds_on_a_curve_whatever_the_fault(radius: float, bias: float) -> None:
+    """Straight, a quarter of a circle, straight: the faulty satellite moves the estimate far enough
+    along for the tangent to be no track. Given the fault, p_r/p_f = 1e-2 may be outside."""
+    turn = np.linspace(0, np.pi / 2, 40)
+    east = np.concatenate(
+        [np.arange(0.0, 300.0, 5.0), 300 + radius * np.sin(turn), np.full(60, 300 + radius)]
+    )
+    north = np.concatenate([
+        np.zeros(60), radius * (1 - np.cos(turn)), radius + np.linspace(5, 300, 60)
+    ])  # fmt: skip
+    track, random = sf.raim.Track(scenes.local(east, north)), np.random.RandomState(7)
+    for seed, where in ((0, 290.0), (2, 290.0), (2, 300 + 0.78 * radius)):
+        place = track.position(where)
+        satellites = scenes.sky(np.random.RandomState(seed), place, 5)
+        ranges = np.linalg.norm(satellites - place, axis=1)
+        for faulty in range(5):
+            errors = 3.0 * random.standard_normal((100, 5))
+            errors[:, faulty] += bias
+            data = sf.raim.Pseudoranges(
+                np.repeat(np.arange(100.0), 5), [f"G{k}" for k in range(5)] * 100,
+                np.tile(satellites, (100, 1)), (ranges + errors).ravel(), 3.0,
+            )  # fmt: skip
+            found = sf.raim.TrackRaim(
+                track, length=100.0, risk=1e-5, fault_probability=1e-3, max_excluded=0,
+                max_speed=1e-3,
+            ).run(data, near=where)  # fmt: skip
+            outside = found.usable & (np.abs(found.along - where) > found.protection)
+            assert outside.sum() <= 5  # of 100; more than five of 1e-2: 5e-4

@@ -65,7 +65,7 @@ def test_read(kind: str, tmp_path: Path) -> None:
 def test_read_refuses(tmp_path: Path) -> None:
     for name, text, message in (
         ("a.csv", "t,v\n1,2\n", "x_m"),
-        ("b.json", '{"type": "Point", "coordinates": [1, 2]}', "Point"),
+        ("b.json", '{"type": "Point", "coordinates": [1, 2]}', "no line"),
         ("c.json", "{", "c.json"),
         ("d.csv", "x_m,y_m,z_m\n1,2,three\n4,5,6\n", "three"),
         ("e.txt", "x_m,y_m,z_m\n", "e.txt"),

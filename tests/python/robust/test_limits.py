@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import surefix as sf
@@ -65,11 +65,14 @@ def test_limits_equal_the_oracle(seed: int, risk: float) -> None:
 
 
 @given(seed=SEEDS, one=RISKS, other=RISKS)
+@example(seed=147689, one=1e-05, other=1e-06)
 def test_limits_are_monotone_in_the_risk(seed: int, one: float, other: float) -> None:
+    """But for the few units in the last place by which a limit may be on the safe side: at a point
+    mass both risks have the same limit."""
     mixture = random_mixture(seed)
     narrow, wide = (sf.alert_limits(*mixture, r) for r in sorted((one, other), reverse=True))
-    assert wide[0] <= narrow[0]
-    assert narrow[1] <= wide[1]
+    assert wide[0] <= narrow[0] + 4 * np.spacing(abs(narrow[0]))
+    assert narrow[1] <= wide[1] + 4 * np.spacing(abs(narrow[1]))
 
 
 @given(seed=SEEDS, risk=RISKS)

@@ -47,10 +47,4 @@ struct Whereabouts {
                                     const Whereabouts& where, const Fix& fix,
                                     double threshold) noexcept;
 
-/// b: bound on ‖W 𝓔(l)‖ in standard deviations for all |l − l̂| ≤ half, 𝓔 what the tangent at l̂
-/// leaves of d. Between samples by |𝓔''| (section 4.3's largest W 𝓔, certified).
-[[nodiscard]] double linearisation_bound(const Track& track, const Satellite* satellites,
-                                         const Selection& selection, const Fix& fix, double half,
-                                         double rotation) noexcept;
-
 }  // namespace surefix::raim

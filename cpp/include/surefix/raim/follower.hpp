@@ -1,45 +1,63 @@
 // Epoch after epoch: the monitor with what is known of the motion.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "surefix/raim/track_raim.hpp"
 
 namespace surefix::raim {
 
-/// Looks for the position where it can be: within the distance that the vehicle may have gone since
-/// the last position that may be used. On a track that comes near to itself only that tells the
-/// branches apart. A plain value; the monitor must outlive it.
+/// Knows an interval that holds the vehicle: it grows with the time at `max_speed`, and shrinks to
+/// the protection level (L if that is longer), rivals included, of each position that may be used
+/// and has one. Positions are looked for in it, and as far beyond as they may be off. On a track
+/// that comes near to itself only that tells the branches apart. A plain value; the monitor must
+/// outlive it.
 class Follower {
  public:
   /// `max_speed` [m/s] along the track; infinity: anywhere. `near`: mileage at the beginning [m],
-  /// NaN if that is not known.
+  /// right to within L; NaN if it is not known.
   Follower(const TrackRaim& monitor, double max_speed, double near) noexcept
-      : monitor_(&monitor), max_speed_(max_speed), place_(near) {}
+      : monitor_(&monitor), max_speed_(max_speed), place_(near), off_(monitor.settings().length) {
+    if (!std::isnan(near)) low_ = near - off_, high_ = near + off_;
+  }
 
   /// Judges the epoch at `time` [s], no earlier than the one before.
   [[nodiscard]] Verdict judge(double time, const Satellite* satellites, int n) noexcept {
-    if (std::isnan(time_)) time_ = time;
-    Whereabouts where{place_};
-    if (!std::isnan(place_)) {
-      const double reach = max_speed_ * std::max(time - time_, 0.0) + monitor_->settings().length;
-      if (reach >= 0.0) where.low = place_ - reach, where.high = place_ + reach;
-    }
-    const Verdict verdict = monitor_->judge(satellites, n, where);
+    const double elapsed = std::isnan(time_) ? 0.0 : std::max(time - time_, 0.0);
+    const double gone = elapsed > 0.0 ? max_speed_ * elapsed : 0.0;
+    time_ = time;
+    low_ -= gone;
+    high_ += gone;
+    const Verdict verdict = monitor_->judge(satellites, n, {place_, low_ - off_, high_ + off_});
     if (verdict.declared == Declared::ok || verdict.declared == Declared::excluded) {
       place_ = verdict.along;
-      time_ = time;
+      if (std::isfinite(verdict.protection)) {
+        off_ = std::max(monitor_->settings().length, verdict.protection);
+        const double low = place_ - off_, high = place_ + off_;
+        const bool apart = low > high_ || high < low_;  // rarer than the risk: the new one is right
+        low_ = apart ? low : std::max(low_, low);
+        high_ = apart ? high : std::min(high_, high);
+      }
     }
     return verdict;
   }
 
-  /// The last position that may be used, NaN before there is one.
+  /// The last position that may be used, NaN before there is one [m].
   [[nodiscard]] double place() const noexcept { return place_; }
-  /// Of that, or the first epoch's [s].
-  [[nodiscard]] double time() const noexcept { return time_; }
+  /// Where the vehicle is, as of the last epoch [m].
+  [[nodiscard]] double low() const noexcept { return low_; }
+  [[nodiscard]] double high() const noexcept { return high_; }
 
  private:
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+
   const TrackRaim* monitor_;
   double max_speed_;
   double place_;
+  double off_;  // by how much a position may be off
+  double low_ = -infinity, high_ = infinity;
   double time_ = std::numeric_limits<double>::quiet_NaN();
 };
 

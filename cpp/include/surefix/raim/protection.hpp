@@ -7,7 +7,7 @@
 
 #include <array>
 
-#include "surefix/raim/geometry.hpp"
+#include "surefix/raim/tangent_error.hpp"
 
 namespace surefix::raim {
 
@@ -26,9 +26,11 @@ struct SnapshotIntegrity {
                                                    const MonitorSettings& settings,
                                                    const MonitorTables& tables) noexcept;
 
-/// The smallest half-width L/2 [m] with which the epoch were available, given the bound b of the
-/// linearisation error over it; infinite if there is none.
-[[nodiscard]] double snapshot_protection(const Geometry& geometry, double slope, double bound,
+/// The smallest half-width L/2 [m] with which p* + e₁ ≤ γ and a healthy error is within it but for
+/// p_r, given bounds of the linearisation error over it; infinite if there is none. It covers
+/// faults of one satellite.
+[[nodiscard]] double snapshot_protection(const Geometry& geometry, double slope,
+                                         const TangentError::Bounds& bounds,
                                          const MonitorSettings& settings,
                                          const MonitorTables& tables) noexcept;
 

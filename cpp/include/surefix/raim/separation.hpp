@@ -4,7 +4,9 @@
 //   l̂_J = l̂ − e_J (I − P)_JJ⁻¹ r_J,   σ_J² = σ_l² + e_J (I − P)_JJ⁻¹ e_Jᵀ,
 // does not know of their faults, and with no fault |l̂ − l̂_J| ≤ T_J = K σ_ss, σ_ss² = σ_J² − σ_l².
 // While it is, an error beyond PL needs one of l̂_J beyond PL − T_J:
-//   2 Q(PL/σ_l) + Σ_J p_f^|J| 2 Q((PL − T_J)/σ_J) = share of the risk.
+//   2 Q(PL/σ_l − c) + Σ_J p_f^|J| 2 Q((PL − T_J)/σ_J − c) = share of the risk.
+// c bounds what the track's bend does to an estimate, in its standard deviations, for all l within
+// `interval` or PL of l̂, whichever is longer; where PL grows faster than that there is none.
 #pragma once
 
 #include <array>
@@ -12,6 +14,7 @@
 
 #include "surefix/raim/geometry.hpp"
 #include "surefix/raim/tail_root.hpp"
+#include "surefix/raim/tangent_error.hpp"
 
 namespace surefix::raim {
 
@@ -34,7 +37,7 @@ struct Separation {
 
 /// `share`: the part of p_r that PL may use (`MonitorTables::share`).
 [[nodiscard]] Separation separate(const Geometry& geometry, const double* r,
-                                  const MonitorSettings& settings, const MonitorTables& tables,
-                                  double share) noexcept;
+                                  const TangentError& error, const MonitorSettings& settings,
+                                  const MonitorTables& tables, double share) noexcept;
 
 }  // namespace surefix::raim

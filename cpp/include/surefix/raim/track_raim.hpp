@@ -29,7 +29,7 @@ class TrackRaim {
  private:
   [[nodiscard]] Fix fix(const Satellite* satellites, const Selection& selection,
                         const Whereabouts& where) const noexcept;
-  /// Whether the track may turn in a bounded K by more than a radian: round a corner there can be
+  /// Whether the track may turn in K by more than a radian: round a corner there can be
   /// two minima, of which the one near the last position is not always the better.
   [[nodiscard]] bool turns(const Whereabouts& where) const noexcept;
   [[nodiscard]] bool alarms(const Fix& fix) const noexcept {
@@ -41,9 +41,6 @@ class TrackRaim {
   void describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
                 const Separation& separation, const Whereabouts& where,
                 Verdict& verdict) const noexcept;
-  [[nodiscard]] double bounded_protection(const Satellite* satellites, const Selection& selection,
-                                          const Fix& fix, double slope,
-                                          double bound) const noexcept;
 
   const Track* track_;
   MonitorSettings settings_;

@@ -52,15 +52,16 @@ struct Verdict {
   double statistic = none;  ///< Λ
   int degrees = 0;
   double threshold = none;        ///< h(α)
-  bool alarm = false;             ///< Λ ≥ h, or the solution was beyond K
+  bool alarm = false;             ///< Λ ≥ h, or the solution is beyond K
   bool separation_alarm = false;  ///< one of |l̂ − l̂_J| beyond its threshold
 
   // Of the solution, after an exclusion of what is left.
-  double rival = none;   ///< distance of another place that passes as well [m]; 0: none
-  double p_star = none;  ///< probability that the worst critical fault is missed
-  double bound = none;   ///< b: the linearisation error in standard deviations
-  double e1 = none;      ///< by how much b raises p_star
-  double e2 = none;      ///< by how much b raises α
+  double rival = none;        ///< distance of another place that passes as well [m]; 0: none
+  double p_star = none;       ///< probability that the worst critical fault is missed
+  double bound = none;        ///< b: the linearisation error in standard deviations
+  double bound_along = none;  ///< c: the linearisation error of l̂, in σ_l
+  double e1 = none;           ///< by how much b raises p_star
+  double e2 = none;           ///< by how much b raises α
   double snapshot_protection = none;  ///< half-width [m]
   double protection = none;           ///< half-width from fault hypotheses [m]
   bool available = false;             ///< p* ≤ γ

@@ -1,0 +1,89 @@
+// One epoch's satellites in use, as seen from anywhere on the track: what is solved, and what other
+// solutions there are.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "surefix/raim/fix.hpp"
+
+namespace surefix::raim {
+
+inline constexpr double settled = 1e-6;  // [m], when the iteration has
+inline constexpr int places = 257;       // where S is looked at in K
+
+using Values = std::array<double, max_satellites>;
+
+/// The satellites in use, as seen from anywhere on the track.
+struct Problem {
+  const Track& track;
+  const Satellite* satellites;
+  const Selection& selection;
+  double rotation;
+  Clocks clocks{};
+
+  [[nodiscard]] const Satellite& satellite(int k) const noexcept {
+    return satellites[selection.index[static_cast<std::size_t>(k)]];
+  }
+  /// y = (r − d(l))/σ, d'(l) and d''(l) of all satellites.
+  void look_from(double l, Values& y, Values& slope, Values& second) const noexcept {
+    const TrackPoint point = track.at(l);
+    for (int k = 0; k < selection.size; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const Sight sight = look(point, satellite(k).position, rotation);
+      y[i] = (satellite(k).pseudorange - sight.range) * clocks.root_weight(k);
+      slope[i] = sight.slope;
+      second[i] = sight.second;
+    }
+  }
+  [[nodiscard]] double square(const Values& y) const noexcept {
+    double sum = 0.0;
+    for (int k = 0; k < selection.size; ++k)
+      sum += y[static_cast<std::size_t>(k)] * y[static_cast<std::size_t>(k)];
+    return sum;
+  }
+  /// S(l) = ‖y‖², clocks removed.
+  [[nodiscard]] double left(double l) const noexcept {
+    const TrackPoint point = track.at(l);
+    Values y;
+    for (int k = 0; k < selection.size; ++k) {
+      const double range = look(point, satellite(k).position, rotation).range;
+      y[static_cast<std::size_t>(k)] = (satellite(k).pseudorange - range) * clocks.root_weight(k);
+    }
+    clocks.remove(y.data());
+    return square(y);
+  }
+  /// Where in [low, high] S is least.
+  [[nodiscard]] double scan(double low, double high) const noexcept {
+    double least = std::numeric_limits<double>::infinity(), best = low;
+    for (int p = 0; p < places; ++p) {
+      const double l = place(low, high, p), value = left(l);
+      if (value < least) least = value, best = l;
+    }
+    return best;
+  }
+  [[nodiscard]] static double place(double low, double high, int p) noexcept {
+    return low + (high - low) * p / (places - 1);
+  }
+  /// Σ r_i d_i''/σ_i: what the track's bend adds to S''/2 = G − it.
+  [[nodiscard]] double bending(const Values& r, const Values& second) const noexcept {
+    double sum = 0.0;
+    for (int k = 0; k < selection.size; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      sum += r[i] * second[i] * clocks.root_weight(k);
+    }
+    return sum;
+  }
+};
+
+struct Ends {
+  double low, high;
+};
+/// K, on the track.
+[[nodiscard]] inline Ends ends(const Track& track, const MonitorSettings& settings,
+                               const Whereabouts& where) noexcept {
+  return {std::max(where.low, track.low() - settings.interval),
+          std::min(where.high, track.high() + settings.interval)};
+}
+
+}  // namespace surefix::raim
