@@ -2,10 +2,11 @@
 alert limits.
 
 ``python examples/car-smartloc/fusion_smartloc.py [../shared/data/car-smartloc] --out DIR``. The
-monitor judges every epoch (5 Hz); the position of an epoch that it declares usable enters the
-asynchronous filter as one measurement with its own standard deviation, epochs that are not are
-left out. The filter adds what a snapshot cannot know: errors of reflections last for seconds (a
-Gauss–Markov bias), and may be tens of metres (a drifting mode). Compared: both sensors, satellites
+monitor judges every epoch (5 Hz); the position of an epoch that it declares usable, and that has no
+rival, enters the asynchronous filter as one measurement with its own standard deviation, with or
+without a protection level: the filter has fault modes of its own. It adds what a snapshot cannot
+know: errors of reflections last for seconds (a Gauss–Markov bias), and may be tens of metres (a
+drifting mode). Compared: both sensors, satellites
 alone, the wheel alone from a known start; over the second half of the drive, to which no noise was
 fitted. It prints a table and writes fusion.json and fusion.png into DIR. What it shows:
 docs/recordings-raim.md.
@@ -46,7 +47,7 @@ def monitored(drive: smartloc.Drive, sigma: Array) -> raim.RaimResult:
 
 def fused_log(drive: smartloc.Drive, result: raim.RaimResult) -> sf.Log:
     """The usable positions, each with its own sigma, and the wheel's readings."""
-    gnss, time, n = result.to_log("gnss"), drive.data.epoch_time, len(drive.speed)
+    gnss, time, n = result.to_log("gnss", protected=False), drive.data.epoch_time, len(drive.speed)
     assert gnss.sigma is not None
     return sf.Log(
         np.append(gnss.time, time), np.append(gnss.sensor, np.full(n, "wheel")),

@@ -14,7 +14,7 @@ from surefix.raim.geodesy import ecef_to_geodetic
 from surefix.raim.result import BoolArray
 from surefix.tables import Columns
 
-METRES = ("along", "sigma", "protection", "protection_chi2")
+METRES = ("along", "sigma", "rival", "protection", "protection_chi2")
 NUMBERS = ("statistic", "threshold", "p_value", "p_star", "bound", "e1", "e2")
 FLAGS = ("alarm", "separation_alarm", "available", "available_with_e1")
 

@@ -30,8 +30,8 @@ def warnings(monitored: Monitored) -> list[str]:
     if twice is not None and monitor.max_speed == math.inf:
         found.append(
             f"the track comes back: at {twice[0]:.0f} m it is within {monitor.length / 2:g} m of "
-            f"where it is at {twice[1]:.0f} m; which of the two, no single epoch can tell, and no "
-            "protection level covers it: give --max-speed, and --near for the beginning"
+            f"where it is at {twice[1]:.0f} m; which of the two, no single epoch can tell, and the "
+            "protection levels have to cover both: give --max-speed, and --near for the beginning"
         )
     return found
 

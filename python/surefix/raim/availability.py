@@ -34,7 +34,7 @@ class AvailabilityMap:
         )  # fmt: skip
         self.available, self.available_with_e1 = result.available, result.available_with_e1
         self.protection, self.protection_chi2 = result.protection, result.protection_chi2
-        self.bound_along = result.bound_along
+        self.bound_along, self.rival = result.bound_along, result.rival
         self.status, self.length, self.risk = result.status, result.length, result.risk
         self.missed = missed
 
@@ -49,7 +49,7 @@ class AvailabilityMap:
     def table(self) -> dict[str, npt.NDArray[Any]]:
         """Columns, one row a mileage."""
         names = (
-            "along", "latitude", "longitude", "satellites", "status", "sigma", "p_star",
+            "along", "latitude", "longitude", "satellites", "status", "sigma", "rival", "p_star",
             "bound_along", "e1", "e2", "available", "available_with_e1", "protection_chi2",
             "protection",
         )  # fmt: skip

@@ -108,11 +108,14 @@ class RaimResult:
             **{f"not available: {name}": count for name, count in sorted(reasons.items())},
         }
 
-    def to_log(self, sensor: str = "gnss") -> Log:
-        """The positions that may be used and have a protection level, as measurements, each with
-        its own σ. Left out: what is not available or alarmed, and what has no finite level or a
-        rival, of which a Gaussian says nothing."""
-        rows = self.usable & np.isfinite(self.protection) & (self.rival == 0)
+    def to_log(self, sensor: str = "gnss", *, protected: bool = True) -> Log:
+        """The positions that may be used as measurements, each with its own σ. Left out is what is
+        not available or alarmed, what has a rival (a Gaussian stands for one place), and, if
+        ``protected``, what has no finite protection level: without that, such positions are for
+        filters with fault modes of their own."""
+        rows = self.usable & (self.rival == 0)
+        if protected:
+            rows = rows & np.isfinite(self.protection)
         return Log(
             self.time[rows], np.full(int(rows.sum()), sensor), self.along[rows],
             sigma=self.sigma[rows],
