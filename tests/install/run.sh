@@ -18,7 +18,7 @@ quietly() { "$@" >"$work/log" 2>&1 || { cat "$work/log" >&2; return 1; }; }
 # Builds the library into $1, for library folder $2, with flags $3; not for speed.
 build() {
   quietly cmake -S . -B "$1" -G Ninja -DSUREFIX_TESTS=OFF -DSUREFIX_WARNINGS_AS_ERRORS=ON \
-    -DCMAKE_CXX_FLAGS_RELEASE='-O1 -DNDEBUG' \
+    -DCMAKE_CXX_FLAGS_RELEASE='-O0 -DNDEBUG' \
     -DCMAKE_INSTALL_LIBDIR="$2" -DCMAKE_CXX_FLAGS="$3"
   quietly cmake --build "$1"
 }

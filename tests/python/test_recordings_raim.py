@@ -127,7 +127,8 @@ def test_car_monitor(car: dict[str, Any], recording: Folder) -> None:
     )
     assert np.sum(held & drive.back) == 0
     assert np.sum(off & drive.back) == 0
-    assert 0.2 < np.isfinite(searched["half"][drive.back]).mean() < 0.9  # corners have no level
+    some = np.isfinite(searched["half"][drive.back]).sum()
+    assert 5 < some < 0.9 * np.isfinite(searched["along"][drive.back]).sum()  # corners have none
 
 
 def test_car_hypotheses(car: dict[str, Any], recording: Folder) -> None:
