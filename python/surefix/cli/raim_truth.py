@@ -14,7 +14,7 @@ from surefix.errors import ConfigError
 from surefix.raim.track import Track
 from surefix.raim.track_files import CARTESIAN
 from surefix.reading.columns import TableColumn
-from surefix.reading.from_csv import read_csv
+from surefix.reading.from_csv import csv_columns, read_csv
 
 ALONG = "along_m"
 TIME = "t_s"
@@ -63,13 +63,7 @@ def _columns(path: Path, names: TruthTable) -> Sequence[str]:
 
 
 def _has(path: Path, columns: Sequence[str]) -> bool:
-    try:
-        read_csv(path, columns, None, None)
-    except ConfigError as error:
-        if "no column" not in str(error):
-            raise
-        return False
-    return True
+    return set(columns) <= set(csv_columns(path))
 
 
 def _read(path: Path, time: str, columns: Sequence[str]) -> tuple[FloatArray | None, FloatArray]:

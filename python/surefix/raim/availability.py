@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from surefix import _core
 from surefix.core import checks
 from surefix.core.checks import FloatArray
 from surefix.errors import ShapeError
@@ -122,8 +123,6 @@ def availability(
 
 def sagnac(receiver: FloatArray, satellite: FloatArray) -> FloatArray:
     """By how much the Earth's rotation during the signal's travel lengthens the range [m]."""
-    from surefix import _core
-
     turn = satellite[:, 0] * receiver[:, 1] - satellite[:, 1] * receiver[:, 0]
     return np.asarray(_core.EARTH_ROTATION / 299792458.0 * turn)
 

@@ -13,7 +13,7 @@ from surefix.core import checks
 from surefix.errors import ConfigError
 from surefix.raim.pseudoranges import Pseudoranges
 from surefix.reading.columns import Progress
-from surefix.reading.from_csv import read_csv
+from surefix.reading.from_csv import csv_columns, read_csv
 
 LETTERS = re.compile(r"([A-Z])\d+")
 """RINEX names of satellites: G03, E11, C06."""
@@ -69,11 +69,8 @@ def _systems(
     path: Path, column: str | None, names: npt.NDArray[np.str_]
 ) -> npt.NDArray[np.str_] | None:
     wanted = "system" if column is None else column
-    try:
+    if column is not None or wanted in csv_columns(path):
         return read_csv(path, [], wanted, None)[wanted].values
-    except ConfigError as error:
-        if column is not None or "no column" not in str(error):
-            raise
     found = [LETTERS.fullmatch(str(name)) for name in names]
     if not all(found):
         return None

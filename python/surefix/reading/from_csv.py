@@ -6,7 +6,8 @@ import csv
 import gzip
 import io
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,17 +27,8 @@ def read_csv(
     kinds: dict[str, Callable[[str], Any]] = dict.fromkeys(numbers, _number)
     if names is not None:
         kinds[names] = _name
-    try:
-        raw = (gzip.open if path.suffix == ".gz" else open)(path, "rb")
-    except OSError as error:
-        raise ConfigError(f"{path}: {error.strerror}") from None
-    with raw:
-        size = path.stat().st_size
-        lines = io.TextIOWrapper(raw, encoding="utf-8-sig", newline="")
-        try:
-            table = _parse(path, csv.reader(lines), kinds, size, progress)
-        except (UnicodeDecodeError, csv.Error, gzip.BadGzipFile, EOFError, zlib.error) as error:
-            raise ConfigError(f"{path}: not a readable CSV file: {error}") from None
+    with _rows(path) as rows:
+        table = _parse(path, rows, kinds, path.stat().st_size, progress)
     return {
         name: TableColumn(
             np.array(cells, dtype=np.str_ if name == names else np.float64),  # NaN for None
@@ -46,6 +38,34 @@ def read_csv(
     }
 
 
+def csv_columns(path: Path) -> list[str]:
+    """Names of the columns that a file has."""
+    with _rows(path) as rows:
+        return _header(path, rows)
+
+
+@contextmanager
+def _rows(path: Path) -> Iterator[_csv.Reader]:
+    """Rows of a file; what is no CSV becomes an error that names it."""
+    try:
+        raw = (gzip.open if path.suffix == ".gz" else open)(path, "rb")
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}") from None
+    with raw:
+        lines = io.TextIOWrapper(raw, encoding="utf-8-sig", newline="")
+        try:
+            yield csv.reader(lines)
+        except (UnicodeDecodeError, csv.Error, gzip.BadGzipFile, EOFError, zlib.error) as error:
+            raise ConfigError(f"{path}: not a readable CSV file: {error}") from None
+
+
+def _header(path: Path, rows: _csv.Reader) -> list[str]:
+    header = next(rows, None)
+    if header is None:
+        raise ConfigError(f"{path}: expected a header line, got an empty file")
+    return [name.strip() for name in header]
+
+
 def _parse(
     path: Path,
     rows: _csv.Reader,
@@ -53,10 +73,7 @@ def _parse(
     size: int,
     progress: Progress | None,
 ) -> dict[str, list[Any]]:
-    header = next(rows, None)
-    if header is None:
-        raise ConfigError(f"{path}: expected a header line, got an empty file")
-    header = [name.strip() for name in header]
+    header = _header(path, rows)
     for column in kinds:
         if column not in header:
             raise ConfigError(f"{path}, line 1: no column {column!r}; it has {header}")
