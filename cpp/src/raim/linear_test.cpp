@@ -1,6 +1,5 @@
 #include "surefix/raim/linear_test.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 namespace surefix::raim {
