@@ -130,7 +130,7 @@ def test_monitor_takes_what_the_library_takes() -> None:
         ("[track]", "start = inf", ["start", "finite"]),
         ("[monitor]", "length = 0", ["length", "> 0"]),
         ("[monitor]", "risk = 1", ["risk", "probability"]),
-        ("[monitor]", "max_faults = 3", ["max_faults", "from 1 to 2", "3"]),
+        ("[monitor]", "max_faults = 3", ["max_faults", "from 0 to 2", "3"]),
         ("[monitor]", "max_excluded = 1.5", ["max_excluded", "a whole number"]),
         ("[monitor]", "interval = -2", ["interval", "> 0"]),
         ("[monitor]", "max_speed = 0", ["max_speed", "> 0"]),

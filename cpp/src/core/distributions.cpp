@@ -40,22 +40,29 @@ double far_tail(double x, double degrees, double noncentrality, double side) noe
                      (std::sqrt(std::max(x - shift, 0.0)) - std::sqrt(noncentrality + shift)));
 }
 
-/// Σ_j Poisson(j; λ/2) f(k/2 + j), from its largest term, j = `from`, in both directions: so far
-/// out that Boost's series, which begin at the largest weight, meet only terms that underflow
-/// there.
-template <class F>
-double far_sum(double x, double degrees, double noncentrality, F&& f) noexcept {
-  const double half = 0.5 * noncentrality, a = 0.5 * degrees;
-  // Neighbouring terms are equal where (λ/2)(x/2) = (j + 1)(j + a).
+/// Σ_j Poisson(j; h) y^(b+j−1) e^(−y)/Γ(b + j) S_j, from its largest term: so far out Boost's
+/// series, which begin at the largest weight, meet only terms that underflow there. S_j = 1, or, if
+/// `cumulated`, 1 + y/(b + j) S_{j+1}, which makes of the other factor the incomplete gamma
+/// function P(b + j − 1, y).
+double far_sum(double h, double y, double b, bool cumulated) noexcept {
+  const auto log_gamma = [](double x) { return boost::math::lgamma(x, Policy()); };
+  const double product = h * y;
+  const auto ratio = [&](double j) { return product / ((j + 1.0) * (b + j)); };  // of term j + 1
   const double from =
-      std::floor(std::max(0.0, 0.5 * (std::sqrt(square(a - 1.0) + noncentrality * x) - a - 1.0)));
-  const auto term = [&](double j) {
-    return std::exp(j * std::log(half) - half - std::lgamma(j + 1.0)) * f(a + j);
-  };
-  double sum = term(from);
-  for (double j = from + 1.0, t = 1.0; t > 1e-17 * sum; ++j) sum += t = term(j);
-  for (double j = from - 1.0, t = 1.0; j >= 0.0 && t > 1e-17 * sum; --j) sum += t = term(j);
-  return sum;
+      std::floor(std::max(0.0, 0.5 * (std::sqrt(square(b - 1.0) + 4.0 * product) - b - 1.0)));
+  double j = from, weight = 1.0, S = 1.0, sum = 0.0;
+  for (; weight * ratio(j) > 1e-17; ++j) weight *= ratio(j);
+  if (cumulated)
+    for (double i = j, t = 1.0; t > 1e-17 * S; ++i) S += t *= y / (b + i);
+  for (;; --j) {
+    const double term = weight * S;
+    sum += term;
+    if (j == 0.0 || (j < from && term < 1e-17 * sum)) break;
+    if (cumulated) S = 1.0 + y / (b + j - 1.0) * S;
+    weight /= ratio(j - 1.0);
+  }
+  return sum * std::exp(from * std::log(h) - h - log_gamma(from + 1.0) +
+                        (b + from - 1.0) * std::log(y) - y - log_gamma(b + from));
 }
 
 }  // namespace
@@ -91,17 +98,14 @@ double noncentral_chi_squared_cdf(double x, double degrees, double noncentrality
   if (noncentrality > largest_noncentrality) return far_tail(x, degrees, noncentrality, -1.0);
   const double p = boost::math::cdf(Noncentral(degrees, noncentrality), x);
   if (!(p < far_out && x > 0.0 && noncentrality > 0.0)) return p;
-  return far_sum(x, degrees, noncentrality,
-                 [&](double a) { return boost::math::gamma_p(a, 0.5 * x, Policy()); });
+  return far_sum(0.5 * noncentrality, 0.5 * x, 0.5 * degrees + 1.0, true);
 }
 
 double noncentral_chi_squared_density(double x, double degrees, double noncentrality) noexcept {
   const double p = boost::math::pdf(Noncentral(degrees, noncentrality), x);
   const bool sums = x > 0.0 && noncentrality > 0.0 && noncentrality <= largest_noncentrality;
   if (!(p < far_out && sums)) return p;
-  return far_sum(x, degrees, noncentrality, [&](double a) {
-    return 0.5 * boost::math::gamma_p_derivative(a, 0.5 * x, Policy());
-  });
+  return 0.5 * far_sum(0.5 * noncentrality, 0.5 * x, 0.5 * degrees, false);
 }
 
 double noncentrality_for(double missed, double x, double degrees) noexcept {

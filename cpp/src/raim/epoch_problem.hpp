@@ -1,5 +1,5 @@
-// One epoch's satellites in use, as seen from anywhere on the track: what is solved, and what other
-// solutions there are.
+// One epoch's satellites in use, as seen from anywhere on the track: what a
+// solution leaves of them.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace surefix::raim {
 
 inline constexpr double settled = 1e-6;  // [m], when the iteration has
-inline constexpr int places = 257;       // where S is looked at in K
+inline constexpr int places = 65;        // where S is looked at in K before anything is known
 
 using Values = std::array<double, max_satellites>;
 
@@ -53,17 +53,34 @@ struct Problem {
     clocks.remove(y.data());
     return square(y);
   }
-  /// Where in [low, high] S is least.
+  /// κ ≥ ‖(I − clocks) d'/σ‖ everywhere within `reach` of l: Frobenius' norm of what the three
+  /// coordinates do there, and how far lines of sight turn on the way.
+  [[nodiscard]] double steepest(double l, double reach) const noexcept {
+    const Point c = track.at(l).position;
+    std::array<Values, 3> axes;
+    double turned = 0.0;
+    for (int k = 0; k < selection.size; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      const Point along = gradient(c, satellite(k).position, rotation);
+      for (std::size_t j = 0; j < 3; ++j) axes[j][i] = along[j] * clocks.root_weight(k);
+      const double turn = 2.0 * track.stretch() * reach / distance(c, satellite(k).position);
+      turned += turn * turn * clocks.root_weight(k) * clocks.root_weight(k);
+    }
+    double sum = 0.0;
+    for (Values& axis : axes) {
+      clocks.remove(axis.data());
+      sum += square(axis);
+    }
+    return track.stretch() * (std::sqrt(sum) + std::sqrt(turned));
+  }
+  /// Where in [low, high] S is least, roughly.
   [[nodiscard]] double scan(double low, double high) const noexcept {
     double least = std::numeric_limits<double>::infinity(), best = low;
     for (int p = 0; p < places; ++p) {
-      const double l = place(low, high, p), value = left(l);
+      const double l = low + (high - low) * p / (places - 1), value = left(l);
       if (value < least) least = value, best = l;
     }
     return best;
-  }
-  [[nodiscard]] static double place(double low, double high, int p) noexcept {
-    return low + (high - low) * p / (places - 1);
   }
   /// Σ r_i d_i''/σ_i: what the track's bend adds to S''/2 = G − it.
   [[nodiscard]] double bending(const Values& r, const Values& second) const noexcept {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int most_steps = 50;
 constexpr int most_halvings = 40;
-constexpr double stride = 1000.0;  // [m]
+constexpr double lost = 1000.0;    // beyond an end: it does not come back [m]
 constexpr double rounding = 1e-8;  // of S, sums of squares of differences of 2e7 m
 
 }  // namespace
@@ -54,7 +54,7 @@ Fix find_fix(const Track& track, const Satellite* satellites, const Selection& s
       return fix;
     }
     if (G > bent) shift *= G / (G - bent);
-    shift = std::clamp(shift, -stride, stride);
+    shift = std::clamp(shift, -where.step, where.step);
     double next = problem.left(l + shift);
     const double enough = S + rounding * (1.0 + S);
     for (int half = 0; half < most_halvings && !(next <= enough); ++half) {
@@ -65,34 +65,13 @@ Fix find_fix(const Track& track, const Satellite* satellites, const Selection& s
     l += shift;
     S = next;
     const double beyond = std::max(low - l, l - high);
-    if (beyond > stride) {
+    if (beyond > lost) {
       fix.status = Solvable::off_track;
       fix.residual = r;
       return fix;
     }
   }
   return fix;
-}
-
-double farthest_rival(const Track& track, const Satellite* satellites, const Selection& selection,
-                      const MonitorSettings& settings, const Whereabouts& where, const Fix& fix,
-                      double threshold) noexcept {
-  const auto [low, high] = ends(track, settings, where);
-  const Problem problem{track, satellites, selection, settings.rotation, fix.geometry.clocks()};
-  std::array<double, places> S;
-  for (int p = 0; p < places; ++p)
-    S[static_cast<std::size_t>(p)] = problem.left(Problem::place(low, high, p));
-  double farthest = 0.0;
-  for (int p = 0; p < places; ++p) {
-    const auto k = static_cast<std::size_t>(p);
-    const bool dips = (p == 0 || S[k] <= S[k - 1]) && (p == places - 1 || S[k] <= S[k + 1]);
-    if (!dips) continue;
-    const Fix other = find_fix(track, satellites, selection, settings,
-                               {Problem::place(low, high, p), where.low, where.high});
-    if (!other.ok() || other.statistic >= threshold) continue;
-    farthest = std::max(farthest, std::abs(other.along - fix.along));
-  }
-  return farthest > 2.0 * settled ? farthest : 0.0;
 }
 
 }  // namespace surefix::raim

@@ -26,7 +26,7 @@ ConfigStatus MonitorSettings::check() const noexcept {
   if (!probability(false_alarm) || !probability(missed) || !probability(fault_probability))
     return ConfigStatus::prior;
   if (!probability(risk)) return ConfigStatus::risk;
-  const bool sets = max_faults >= 1 && max_faults <= 2 && max_excluded >= 0;
+  const bool sets = max_faults >= 0 && max_faults <= 2 && max_excluded >= 0;
   return sets && max_excluded <= max_set ? ConfigStatus::ok : ConfigStatus::wrong_size;
 }
 
@@ -39,7 +39,7 @@ MonitorTables::MonitorTables(const MonitorSettings& settings) noexcept {
     double sets = 0.0, outcomes = 0.0;
     for (int k = 1; k <= settings.max_faults; ++k) sets += choose(n, k);
     for (int k = 1; k <= settings.max_excluded; ++k) outcomes += choose(n, k);
-    separation_[i] = normal_two_sided(settings.false_alarm / sets);
+    separation_[i] = sets > 0.0 ? normal_two_sided(settings.false_alarm / sets) : 0.0;
     double unmonitored = 0.0;
     for (int k = n; k > settings.max_faults; --k)
       unmonitored += choose(n, k) * std::pow(p, k) * std::pow(1.0 - p, n - k);

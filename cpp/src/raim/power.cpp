@@ -55,14 +55,14 @@ double ChiSquaredTest::most_power(double noncentrality, double bound) const noex
 }
 double ChiSquaredTest::loss(double noncentrality, double bound) const noexcept {
   // The smaller of the two ways to write it keeps its digits.
-  const double by_miss = most_missed(noncentrality, bound) - missed(noncentrality);
-  const double by_power = power(noncentrality) - least_power(noncentrality, bound);
-  return std::max(power(noncentrality) < 0.5 ? by_power : by_miss, 0.0);
+  const double seen = power(noncentrality);
+  if (seen < 0.5) return std::max(seen - least_power(noncentrality, bound), 0.0);
+  return std::max(most_missed(noncentrality, bound) - missed(noncentrality), 0.0);
 }
 double ChiSquaredTest::gain(double noncentrality, double bound) const noexcept {
-  const double by_power = most_power(noncentrality, bound) - power(noncentrality);
-  const double by_miss = missed(noncentrality) - missed(farther(noncentrality, bound));
-  return std::max(power(noncentrality) < 0.5 ? by_power : by_miss, 0.0);
+  const double seen = power(noncentrality);
+  if (seen < 0.5) return std::max(most_power(noncentrality, bound) - seen, 0.0);
+  return std::max(missed(noncentrality) - missed(farther(noncentrality, bound)), 0.0);
 }
 double ChiSquaredTest::worst_loss(double bound) const noexcept {
   return largest([&](double t) { return loss(t * t, bound); }, std::sqrt(threshold) + 9.0 + bound);

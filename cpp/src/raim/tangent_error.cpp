@@ -14,14 +14,15 @@ constexpr double sagnac_bend = 2e-5;  // of a satellite's, ω |s|/c, in units of
 }  // namespace
 
 TangentError::Bounds TangentError::over(double half) const noexcept {
-  const Problem problem{track_, satellites_, selection_, rotation_, fix_.geometry.clocks()};
+  const Problem problem{track_, satellites_, selection_, settings_.rotation,
+                        fix_.geometry.clocks()};
   const TrackPoint at = track_.at(fix_.along);
   const double bend = track_.bend_bound(fix_.along - half, fix_.along + half);
   Values range, slope;
   double curved = 0.0;  // Σ (sup|d_i''|/σ_i)²
   for (int k = 0; k < selection_.size; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const Sight sight = look(at, problem.satellite(k).position, rotation_);
+    const Sight sight = look(at, problem.satellite(k).position, settings_.rotation);
     range[i] = sight.range;
     slope[i] = sight.slope;
     // The line of sight to a satellite turns by 1e-7 rad/m: over the interval that is the same but
@@ -37,7 +38,7 @@ TangentError::Bounds TangentError::over(double half) const noexcept {
     Values error;
     for (int k = 0; k < selection_.size; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      const double there = look(point, problem.satellite(k).position, rotation_).range;
+      const double there = look(point, problem.satellite(k).position, settings_.rotation).range;
       error[i] = (there - range[i] - slope[i] * move) * problem.clocks.root_weight(k);
     }
     problem.clocks.remove(error.data());

@@ -74,7 +74,7 @@ void Track::set(const Eigen::MatrixXd& points, const Eigen::VectorXd& mileage, d
 }
 
 void Track::measure(const Eigen::MatrixXd& points) {
-  error_ = edge_error_ = 0.0;
+  error_ = edge_error_ = stretch_ = 0.0;
   double last = 0.0;
   for (std::size_t i = 0; i < knots_.size(); ++i) {
     const auto r = static_cast<Eigen::Index>(i);
@@ -85,6 +85,8 @@ void Track::measure(const Eigen::MatrixXd& points) {
       const double h = knots_[i].mileage - knots_[i - 1].mileage;
       const double bend = std::max(knots_[i].bending, knots_[i - 1].bending);
       edge_error_ = std::max(edge_error_, std::max(off, last) + bend * h * h / 8.0);
+      const double middle = 0.5 * (knots_[i].mileage + knots_[i - 1].mileage);
+      stretch_ = std::max(stretch_, length(in_piece(i - 1, middle).tangent) + 0.5 * bend * h);
     }
     last = off;
   }

@@ -37,7 +37,8 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n,
     if (usable(satellites[i])) all.index[static_cast<std::size_t>(all.size++)] = i;
   }
   verdict.used = all.size;
-  const Fix first = fix(satellites, all, where);
+  const Search found = search(*track_, satellites, all, settings_, tables_, where);
+  const Fix& first = found.fix;
   verdict.status = first.status;
   // A solution beyond K is as much of an alarm as a large residual: faults have moved it there.
   if (first.status == Solvable::off_track && first.geometry.size() > 0) {
@@ -48,39 +49,17 @@ Verdict TrackRaim::judge(const Satellite* satellites, int n,
   }
   if (!first.ok()) return verdict;
 
-  const ChiSquaredTest& test = tables_.test(first.geometry.degrees());
   verdict.statistic = first.statistic;
   verdict.degrees = first.geometry.degrees();
-  verdict.threshold = test.threshold;
+  verdict.threshold = tables_.test(verdict.degrees).threshold;
   verdict.alarm = alarms(first);
-  const TangentError error(*track_, satellites, all, first, settings_.rotation);
-  const Separation separation = separate(first.geometry, first.residual.data(), error, settings_,
-                                         tables_, tables_.share(all.size, 0));
-  verdict.separation_alarm = separation.alarm;
-  verdict.declared = verdict.alarm || separation.alarm ? Declared::alarm : Declared::ok;
+  const Separation separation(first.geometry, first.residual.data(), settings_, tables_);
+  verdict.separation_alarm = separation.alarm();
+  verdict.declared = verdict.alarm || separation.alarm() ? Declared::alarm : Declared::ok;
   if (verdict.declared == Declared::alarm && exclude(satellites, all, first, where, verdict))
     return verdict;
-  describe(satellites, all, first, separation, where, verdict);
+  describe(satellites, all, found, separation, tables_.share(all.size, 0), verdict);
   return verdict;
-}
-
-Fix TrackRaim::fix(const Satellite* satellites, const Selection& selection,
-                   const Whereabouts& where) const noexcept {
-  if (!std::isnan(where.near) && turns(where))
-    return find_fix(*track_, satellites, selection, settings_, {none, where.low, where.high});
-  const Fix close = find_fix(*track_, satellites, selection, settings_, where);
-  if (std::isnan(where.near) || close.status == Solvable::too_few || (close.ok() && !alarms(close)))
-    return close;
-  const Whereabouts all{none, where.low, where.high};
-  const Fix anywhere = find_fix(*track_, satellites, selection, settings_, all);
-  const bool better = anywhere.ok() && (!close.ok() || anywhere.statistic < close.statistic);
-  return better ? anywhere : close;
-}
-
-bool TrackRaim::turns(const Whereabouts& where) const noexcept {
-  const double low = std::max(where.low, track_->low()),
-               high = std::min(where.high, track_->high());
-  return low < high && track_->bend_bound(low, high) * (high - low) > 1.0;
 }
 
 bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const Fix& first,
@@ -91,12 +70,11 @@ bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const
     if (set.size == 0) continue;
     const Selection rest = without_set(all, set);
     const double near = first.ok() ? first.along : none;
-    const Fix again = fix(satellites, rest, {near, where.low, where.high});
-    if (!again.ok() || alarms(again)) continue;
-    const TangentError error(*track_, satellites, rest, again, settings_.rotation);
-    const Separation separation = separate(again.geometry, again.residual.data(), error, settings_,
-                                           tables_, tables_.share(all.size, size));
-    if (separation.alarm) continue;
+    const Search again =
+        search(*track_, satellites, rest, settings_, tables_, {near, where.low, where.high});
+    if (!again.fix.ok() || alarms(again.fix)) continue;
+    const Separation separation(again.fix.geometry, again.fix.residual.data(), settings_, tables_);
+    if (separation.alarm()) continue;
     verdict.declared = Declared::excluded;
     verdict.excluded = size;
     for (int k = 0; k < size; ++k) {
@@ -104,15 +82,16 @@ bool TrackRaim::exclude(const Satellite* satellites, const Selection& all, const
       const int given = all.index[static_cast<std::size_t>(member)];
       verdict.taken_out[static_cast<std::size_t>(given)] = true;
     }
-    describe(satellites, rest, again, separation, where, verdict);
+    describe(satellites, rest, again, separation, tables_.share(all.size, size), verdict);
     return true;
   }
   return false;
 }
 
-void TrackRaim::describe(const Satellite* satellites, const Selection& selection, const Fix& fix,
-                         const Separation& separation, const Whereabouts& where,
+void TrackRaim::describe(const Satellite* satellites, const Selection& selection,
+                         const Search& found, const Separation& separation, double share,
                          Verdict& verdict) const noexcept {
+  const Fix& fix = found.fix;
   const Geometry& geometry = fix.geometry;
   const ChiSquaredTest& test = tables_.test(geometry.degrees());
   verdict.used = selection.size;
@@ -131,11 +110,10 @@ void TrackRaim::describe(const Satellite* satellites, const Selection& selection
     verdict.critical_bias[given] = integrity.critical_bias[i];
     verdict.missed[given] = integrity.missed[i];
   }
+  const TangentError error(*track_, satellites, selection, fix, settings_);
   verdict.p_star = integrity.p_star;
-  const TangentError error(*track_, satellites, selection, fix, settings_.rotation);
-  const TangentError::Bounds bounds = error.over(settings_.interval);
-  verdict.bound = bounds.parity;
-  verdict.bound_along = bounds.whole;
+  verdict.bound = error.near().parity;
+  verdict.bound_along = error.near().whole;
   const bool faults_matter = std::isfinite(integrity.noncentrality);
   verdict.e1 =
       faults_matter
@@ -146,15 +124,13 @@ void TrackRaim::describe(const Satellite* satellites, const Selection& selection
   verdict.available = verdict.p_star <= settings_.missed;
   verdict.available_with_e1 = verdict.p_star + verdict.e1 <= settings_.missed;
   // What another place that passes has to say is not in any hypothesis: both are covered.
-  verdict.rival = 0.0;
-  if (std::isnan(where.near) || turns(where))
-    verdict.rival =
-        farthest_rival(*track_, satellites, selection, settings_, where, fix, test.threshold);
+  verdict.rival = found.rival;
   verdict.snapshot_protection =
-      verdict.rival + within(settings_.interval, [&](double half) {
-        return snapshot_protection(geometry, integrity.slope, error.over(half), settings_, tables_);
+      verdict.rival + error.within([&](const TangentError::Bounds& bounds) {
+        return snapshot_protection(geometry, integrity.slope, bounds, settings_, tables_);
       });
-  verdict.protection = verdict.rival + separation.protection;
+  if (settings_.max_faults > 0)
+    verdict.protection = verdict.rival + separation.protection(error, share);
 }
 
 }  // namespace surefix::raim

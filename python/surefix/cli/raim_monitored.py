@@ -70,7 +70,7 @@ def judge(inputs: Inputs, progress: Progress) -> Monitored:
     middle = np.full(data.epochs, (track.low + track.high) / 2)
     rough = _weighed(inputs, _elevation(inputs, middle), -90.0)
     near = inputs.config.monitor.near
-    first = make_monitor(inputs, max_excluded=0, max_faults=1).run(rough, near=near)
+    first = make_monitor(inputs, max_excluded=0, max_faults=0).run(rough, near=near)
     elevation = _elevation(inputs, _filled(first, middle))
     monitor = make_monitor(inputs)
     given = _weighed(inputs, elevation, options.elevation_mask)

@@ -20,8 +20,8 @@ class TrackRaim:
     ``length`` [m]: L of the along-track protection interval. Per epoch: ``false_alarm`` α, of the
     snapshot test (13) and again of the solution separations; ``missed`` γ, how often a critical
     fault may be missed; ``risk`` p_r; ``fault_probability`` p_f of a satellite. ``max_faults``:
-    satellites faulty at once that the protection level covers, 1 or 2; the probability of more is
-    taken from the risk. ``max_excluded``: how many satellites may be taken out, 0 to 4; half of
+    satellites faulty at once that the protection level covers, 1 or 2, the probability of more is
+    taken from the risk; 0: the snapshot test alone, as in the paper, at a third of the time. ``max_excluded``: how many satellites may be taken out, 0 to 4; half of
     the risk is divided among the sets that could be. ``interval`` [m]: half-width of K around the
     estimate, over which the linearisation error is bounded; by default length / 2.
     ``max_speed`` [m/s]: the position is looked for where the vehicle can be, in an interval that
@@ -52,7 +52,7 @@ class TrackRaim:
         self.missed = checks.probability("missed", missed)
         self.risk = checks.probability("risk", risk)
         self.fault_probability = checks.probability("fault_probability", fault_probability)
-        self.max_faults = checks.whole("max_faults", max_faults, 1, 2)
+        self.max_faults = checks.whole("max_faults", max_faults, 0, 2)
         self.max_excluded = checks.whole("max_excluded", max_excluded, 0, _core.MAX_EXCLUDED)
         half = self.length / 2 if interval is None else interval
         self.interval = checks.positive("interval", half)

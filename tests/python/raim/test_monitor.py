@@ -222,6 +222,17 @@ def test_protection(name: str, max_faults: int, fault_probability: float) -> Non
 
 
 @each
+def test_without_fault_hypotheses(name: str) -> None:
+    """The snapshot test alone: the same numbers, no separation and no level from hypotheses."""
+    alone, whole = (found(name, Demand(80.0, max_faults=k, max_excluded=0)) for k in (0, 2))
+    assert np.isnan(alone.protection).all()
+    assert not alone.separation_alarm.any()
+    for column in ("along", "statistic", "p_star", "e1", "e2", "protection_chi2", "available"):
+        np.testing.assert_array_equal(getattr(alone, column), getattr(whole, column))
+    assert np.array_equal(alone.declared == "ok", ~whole.alarm & (whole.status == "ok"))
+
+
+@each
 @pytest.mark.parametrize("max_excluded", [1, 2])
 def test_protection_pays_for_exclusions(name: str, max_excluded: int) -> None:
     """Half of the risk where nothing was taken out."""

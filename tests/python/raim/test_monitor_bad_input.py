@@ -181,7 +181,7 @@ SETTINGS: dict[str, tuple[dict[str, Any], str]] = {
         for name in ("false_alarm", "missed", "risk", "fault_probability")
         for v in (0.0, 1.0, -0.1, np.nan)
     },
-    **{f"max_faults {v}": ({"max_faults": v}, f"max_faults: .*{v}") for v in (0, 3, 1.5)},
+    **{f"max_faults {v}": ({"max_faults": v}, f"max_faults: .*{v}") for v in (-1, 3, 1.5)},
     **{f"max_excluded {v}": ({"max_excluded": v}, f"max_excluded: .*{v}") for v in (-1, 9)},
     **{f"interval {v}": ({"interval": v}, f"interval: .*{v}") for v in (0.0, -1.0, np.nan)},
 }

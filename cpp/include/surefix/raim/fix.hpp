@@ -28,23 +28,17 @@ struct Fix {
 };
 
 /// K: where the solution may be, and where the iteration begins [m]; NaN: at the best of some
-/// hundred places in K.
+/// dozens of places in K.
 struct Whereabouts {
   double near = std::numeric_limits<double>::quiet_NaN();
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
+  double step = 1000.0;  ///< of the iteration, at most
 };
 
 /// Solves for l and the clocks: Newton's steps on ‖(I − clocks) y(l)‖², halved until it falls.
 [[nodiscard]] Fix find_fix(const Track& track, const Satellite* satellites,
                            const Selection& selection, const MonitorSettings& settings,
                            const Whereabouts& where) noexcept;
-
-/// Distance to the farthest other minimum in K that a test at `threshold` does not tell from a
-/// healthy solution [m]; 0 if there is none.
-[[nodiscard]] double farthest_rival(const Track& track, const Satellite* satellites,
-                                    const Selection& selection, const MonitorSettings& settings,
-                                    const Whereabouts& where, const Fix& fix,
-                                    double threshold) noexcept;
 
 }  // namespace surefix::raim

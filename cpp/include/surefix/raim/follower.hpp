@@ -33,8 +33,10 @@ class Follower {
     const Verdict verdict = monitor_->judge(satellites, n, {place_, low_ - off_, high_ + off_});
     if (verdict.declared == Declared::ok || verdict.declared == Declared::excluded) {
       place_ = verdict.along;
-      if (std::isfinite(verdict.protection)) {
-        off_ = std::max(monitor_->settings().length, verdict.protection);
+      const double level =
+          monitor_->settings().max_faults > 0 ? verdict.protection : verdict.snapshot_protection;
+      if (std::isfinite(level)) {
+        off_ = std::max(monitor_->settings().length, level);
         const double low = place_ - off_, high = place_ + off_;
         const bool apart = low > high_ || high < low_;  // rarer than the risk: the new one is right
         low_ = apart ? low : std::max(low_, low);

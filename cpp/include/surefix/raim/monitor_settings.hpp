@@ -20,7 +20,9 @@ struct MonitorSettings {
   double missed = 1e-3;       ///< γ, bound on the probability that a critical fault is missed
   double risk = 1e-7;         ///< p_r
   double fault_probability = 1e-4;  ///< p_f, of each satellite
-  int max_faults = 2;      ///< satellites faulty at once that the protection level covers, 1 or 2
+  /// Satellites faulty at once that the protection level covers, 1 or 2; 0: the snapshot test
+  /// alone, as in the paper.
+  int max_faults = 2;
   int max_excluded = 2;    ///< satellites that may be taken out, 0 … max_set
   double interval = 25.0;  ///< half-width of K around the estimate, for e₁ and e₂ [m]
   double rotation = 0.0;   ///< see `look`

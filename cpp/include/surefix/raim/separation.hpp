@@ -30,14 +30,30 @@ struct SetSolution {
 [[nodiscard]] SetSolution without(const Geometry& geometry, const double* r, int i) noexcept;
 [[nodiscard]] SetSolution without(const Geometry& geometry, const double* r, int i, int j) noexcept;
 
-struct Separation {
-  bool alarm = false;       ///< |l̂ − l̂_J| > T_J for some J
-  double protection = 0.0;  ///< PL [m], infinite where there is none
-};
+/// All hypotheses of one solution.
+class Separation {
+ public:
+  /// `r` (n): whitened residuals.
+  Separation(const Geometry& geometry, const double* r, const MonitorSettings& settings,
+             const MonitorTables& tables) noexcept;
 
-/// `share`: the part of p_r that PL may use (`MonitorTables::share`).
-[[nodiscard]] Separation separate(const Geometry& geometry, const double* r,
-                                  const TangentError& error, const MonitorSettings& settings,
-                                  const MonitorTables& tables, double share) noexcept;
+  /// Whether |l̂ − l̂_J| > T_J for some J.
+  [[nodiscard]] bool alarm() const noexcept { return alarm_; }
+  /// PL [m], infinite where there is none. `share`: the part of p_r that it may use
+  /// (`MonitorTables::share`).
+  [[nodiscard]] double protection(const TangentError& error, double share) const noexcept;
+
+ private:
+  /// The sum above without p_r, and its slope; `bent`: c.
+  [[nodiscard]] TailValue tail(double x, double bent) const noexcept;
+  [[nodiscard]] double level(double budget, double bent) const noexcept;
+  void add(const SetSolution& set, double K, bool single) noexcept;
+
+  static constexpr std::size_t most = max_satellites * (max_satellites + 1) / 2;
+  double sigma_, prior_, blind_ = 0.0;  // blind: P of the sets that no residual shows
+  bool alarm_ = false;
+  int count_ = 0, singles_ = 0;
+  std::array<double, most> threshold_, set_sigma_;  // T_J, σ_J, single satellites first
+};
 
 }  // namespace surefix::raim

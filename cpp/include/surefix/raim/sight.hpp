@@ -27,6 +27,20 @@ struct Sight {
   double turning;  ///< ‖c'‖²/d [1/m]
 };
 
+/// Of two points [m].
+[[nodiscard]] inline double distance(const Point& a, const Point& b) noexcept {
+  const Point to{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  return std::sqrt(dot(to, to));
+}
+
+/// Gradient of a satellite's d over the receiver's position; `rotation` as in `look`.
+[[nodiscard]] inline Point gradient(const Point& from, const Point& satellite,
+                                    double rotation) noexcept {
+  const double far = distance(from, satellite), sweep = rotation / speed_of_light;
+  return {(from[0] - satellite[0]) / far - sweep * satellite[1],
+          (from[1] - satellite[1]) / far + sweep * satellite[0], (from[2] - satellite[2]) / far};
+}
+
 /// `rotation` [rad/s]: of the frame while the signal travels, for positions that are not yet
 /// rotated into the frame at reception (the Sagnac term, exact to first order); else 0.
 [[nodiscard]] inline Sight look(const TrackPoint& from, const Point& satellite,

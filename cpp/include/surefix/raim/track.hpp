@@ -47,6 +47,8 @@ class Track {
   [[nodiscard]] double edge_error() const noexcept { return edge_error_; }
 
   [[nodiscard]] TrackPoint at(double l) const noexcept;
+  /// Bound on ‖dc/dl‖ [1].
+  [[nodiscard]] double stretch() const noexcept { return stretch_; }
   /// Bound on ‖d²c/dl²‖ over [low, high]: its largest on the pieces that this meets [1/m].
   [[nodiscard]] double bend_bound(double low, double high) const noexcept;
   /// Bound on the curvature ‖c' × c''‖/‖c'‖³ over [low, high], sup ‖c''‖ / (inf ‖c'‖)² piece by
@@ -79,6 +81,7 @@ class Track {
   std::vector<Knot> knots_;
   double error_ = 0.0;
   double edge_error_ = 0.0;
+  double stretch_ = 1.0;
 };
 
 }  // namespace surefix::raim

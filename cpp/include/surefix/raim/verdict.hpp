@@ -63,7 +63,7 @@ struct Verdict {
   double e1 = none;           ///< by how much b raises p_star
   double e2 = none;           ///< by how much b raises α
   double snapshot_protection = none;  ///< half-width [m]
-  double protection = none;           ///< half-width from fault hypotheses [m]
+  double protection = none;           ///< half-width from fault hypotheses, if there are any [m]
   bool available = false;             ///< p* ≤ γ
   bool available_with_e1 = false;     ///< p* + e₁ ≤ γ
 
