@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "surefix/raim/fix.hpp"
@@ -53,8 +54,8 @@ struct Problem {
     clocks.remove(y.data());
     return square(y);
   }
-  /// κ ≥ ‖(I − clocks) d'/σ‖ everywhere within `reach` of l: Frobenius' norm of what the three
-  /// coordinates do there, and how far lines of sight turn on the way.
+  /// κ ≥ ‖(I − clocks) d'/σ‖ everywhere within `reach` of l: what a step in the worst direction
+  /// does at l, and how far lines of sight turn on the way.
   [[nodiscard]] double steepest(double l, double reach) const noexcept {
     const Point c = track.at(l).position;
     std::array<Values, 3> axes;
@@ -66,12 +67,21 @@ struct Problem {
       const double turn = 2.0 * track.stretch() * reach / distance(c, satellite(k).position);
       turned += turn * turn * clocks.root_weight(k) * clocks.root_weight(k);
     }
-    double sum = 0.0;
-    for (Values& axis : axes) {
-      clocks.remove(axis.data());
-      sum += square(axis);
-    }
-    return track.stretch() * (std::sqrt(sum) + std::sqrt(turned));
+    for (Values& axis : axes) clocks.remove(axis.data());
+    // The largest eigenvalue of A = axesᵀ axes is tr A/3 + √(2/3 (tr A² − (tr A)²/3)) at most
+    // (Wolkowicz & Styan 1980).
+    double trace = 0.0, squares = 0.0;
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b < 3; ++b) {
+        double product = 0.0;
+        for (int k = 0; k < selection.size; ++k)
+          product += axes[a][static_cast<std::size_t>(k)] * axes[b][static_cast<std::size_t>(k)];
+        if (a == b) trace += product;
+        squares += product * product;
+      }
+    const double spread = std::max(squares - trace * trace / 3.0, 0.0);
+    const double largest = trace / 3.0 + std::sqrt(2.0 / 3.0 * spread);
+    return track.stretch() * (std::sqrt(largest) + std::sqrt(turned));
   }
   /// Where in [low, high] S is least, roughly.
   [[nodiscard]] double scan(double low, double high) const noexcept {

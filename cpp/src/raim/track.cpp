@@ -93,12 +93,13 @@ void Track::measure(const Eigen::MatrixXd& points) {
 }
 
 std::size_t Track::piece(double l) const noexcept {
-  std::size_t low = 0, high = knots_.size() - 1;
-  while (high - low > 1) {
-    const std::size_t middle = (low + high) / 2;
-    (knots_[middle].mileage <= l ? low : high) = middle;
+  std::size_t first = 0;  // of `count` pieces that may be it; no branch that could be mispredicted
+  for (std::size_t count = knots_.size() - 1; count > 1;) {
+    const std::size_t half = count / 2;
+    first += knots_[first + half].mileage <= l ? half : 0;
+    count -= half;
   }
-  return low;
+  return first;
 }
 
 TrackPoint Track::in_piece(std::size_t i, double l) const noexcept {

@@ -92,7 +92,7 @@ class SortedLog {
     for (std::size_t i = 0; log_.factor != nullptr && i < log_.count; ++i)
       if (!good(log_.factor[i])) return false;
     for (std::size_t i = 1; i < log_.count; ++i)
-      wrong |= static_cast<Bits>(row(i).valid - row(i - 1).valid - 1);
+      wrong |= static_cast<Bits>(valid(i) - valid(i - 1) - 1);
     return (wrong & sign) == 0;
   }
   [[nodiscard]] Status usable(std::size_t i) const noexcept {
@@ -103,8 +103,10 @@ class SortedLog {
   }
   [[nodiscard]] Measurement row(std::size_t i) const noexcept {
     const std::int32_t s = log_.sensor[i];
-    return {log_.stamp[i] - latency_[static_cast<std::size_t>(s)], log_.value[i],
-            static_cast<std::int64_t>(i), s, factor(i)};
+    return {valid(i), log_.value[i], static_cast<std::int64_t>(i), s, factor(i)};
+  }
+  [[nodiscard]] Time valid(std::size_t i) const noexcept {
+    return log_.stamp[i] - latency_[static_cast<std::size_t>(log_.sensor[i])];
   }
   [[nodiscard]] double factor(std::size_t i) const noexcept {
     return log_.factor == nullptr ? 1.0 : log_.factor[i];
