@@ -21,14 +21,14 @@ class TrackRaim:
     snapshot test (13) and again of the solution separations; ``missed`` γ, how often a critical
     fault may be missed; ``risk`` p_r; ``fault_probability`` p_f of a satellite. ``max_faults``:
     satellites faulty at once that the protection level covers, 1 or 2, the probability of more is
-    taken from the risk; 0: the snapshot test alone, as in the paper, at a third of the time. ``max_excluded``: how many satellites may be taken out, 0 to 4; half of
-    the risk is divided among the sets that could be. ``interval`` [m]: half-width of K around the
-    estimate, over which the linearisation error is bounded; by default length / 2.
-    ``max_speed`` [m/s]: the position is looked for where the vehicle can be, in an interval that
-    grows at that speed and shrinks to the protection level (``length`` if that is longer) of every
-    position that may be used: on a track that comes near to itself only that tells the branches
-    apart. ``earth_rotation``: the satellites' positions
-    are in the frame at transmission; the Sagnac term is added.
+    taken from the risk; 0: the snapshot test alone, as in the paper. ``max_excluded``: how many
+    satellites may be taken out, 0 to 4; half of the risk is divided among the sets that could be.
+    ``interval`` [m]: half-width of K around the estimate, over which the linearisation error is
+    bounded; by default length / 2. ``max_speed`` [m/s]: the position is looked for where the
+    vehicle can be, in an interval that grows at that speed and shrinks to the protection level
+    (``length`` if that is longer) of every position that may be used: on a track that comes near
+    to itself only that tells the branches apart. ``earth_rotation``: the satellites' positions are
+    in the frame at transmission; the Sagnac term is added.
     """
 
     def __init__(
