@@ -5,7 +5,8 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS surefix EXPORT surefix-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(DIRECTORY cpp/include/surefix DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY cpp/include/surefix ${CMAKE_CURRENT_BINARY_DIR}/generated/surefix
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT surefix-targets NAMESPACE surefix::
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/surefix)
 

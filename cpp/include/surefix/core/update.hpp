@@ -63,7 +63,7 @@ template <class G, class Row, class Variance>
   const typename G::Vector b = h.times(belief);
   const Lane S = h.dot(b) + r;
   if (!positive(S)) return false;
-  const Lane inverse = 1.0 / S;
+  const Lane inverse = Lane(1.0) / S;
 
   out.value = innovation;
   out.variance = S;

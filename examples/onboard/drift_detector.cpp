@@ -1,0 +1,80 @@
+// A ramp hidden in one of two speed sensors, looked for in the last 60 measurements after every
+// step (Parellier, Barrau & Bonnabel 2023, with the exact likelihood ratio over all onsets).
+//
+//   M,stamp [ns],sensor (0 wheel, 1 radar),speed [m/s]
+//   E,time [ns]         a step ends
+//
+// writes of each sensor: time, sensor, finding, onset [ns], slope [m/s²] and its standard error,
+// and a bound on the probability that this is a false alarm.
+#include <surefix/core/integrator_chain.hpp>
+#include <surefix/core/system.hpp>
+#include <surefix/drift/sliding_detector.hpp>
+
+#include "lines.hpp"
+
+namespace {
+
+using surefix::ConfigStatus;
+using surefix::Status;
+using System = surefix::System<surefix::ConstantAcceleration, 0, 0, 2>;
+using Filter = surefix::desync::Filter<System, 64>;
+using Detector = surefix::drift::SlidingDetector<System, 60>;
+
+constexpr double false_alarm = 1e-6;  // of each search
+
+[[nodiscard]] bool configure(System& system) {
+  for (const double sigma : {0.1, 0.3}) {  // [m/s]
+    System::SensorType sensor;
+    sensor.observes << 1.0, 0.0;
+    sensor.sigma = sigma;
+    if (system.add(sensor) != ConfigStatus::ok) return false;
+  }
+  return system.check() == ConfigStatus::ok;
+}
+
+/// s' = (s₁, 0): the fault is s₀, its slope the amplitude.
+[[nodiscard]] bool add_ramps(Detector& detector) {
+  surefix::drift::Profile::Matrix A(2, 2), onset(2, 1);
+  A << 0.0, 1.0, 0.0, 0.0;
+  onset << 0.0, 1.0;
+  surefix::drift::Profile ramp;
+  if (surefix::drift::Profile::make(A, Eigen::Vector2d(1.0, 0.0), onset, ramp) != ConfigStatus::ok)
+    return false;
+  return detector.add(ramp, {1.0, 0.0}, false_alarm) == ConfigStatus::ok &&
+         detector.add(ramp, {0.0, 1.0}, false_alarm) == ConfigStatus::ok;
+}
+
+}  // namespace
+
+int main() {
+  System system(surefix::ConstantAcceleration(0.05));
+  if (!configure(system)) return 1;
+  System::ModelBelief start;
+  start.x << 20.0, 0.0;
+  start.P << 100.0, 0.0, 0.0, 1.0;
+  static Filter filter(system, system.initial(start), 0);
+  static Detector detector(system);
+  if (!add_ramps(detector)) return 1;
+  // From here on nothing allocates.
+  static Lines lines;
+  constexpr const char* names[] = {"undetectable", "nothing", "fault"};
+  for (long long row = 0; lines.next(); ++row) {
+    if (lines.kind() == 'M') {
+      (void)filter.push(lines.whole(0), static_cast<std::int32_t>(lines.whole(1)), lines.number(2),
+                        row);
+    } else if (lines.kind() == 'E') {
+      surefix::desync::StepError error;
+      if (filter.estimate(lines.whole(0), error) != Status::ok) continue;
+      detector.take(filter);
+      for (int search = 0; search < detector.searches(); ++search) {
+        const auto found = detector.look(search);
+        std::printf("%lld,%d,%s", lines.whole(0), search, names[static_cast<int>(found.finding)]);
+        if (found.finding != surefix::drift::Finding::undetectable)
+          std::printf(",%lld,%.4f,%.4f,%.2e", static_cast<long long>(found.onset),
+                      found.amplitude(0), found.deviation(0), found.p_bound);
+        std::printf("\n");
+      }
+    }
+  }
+  return 0;
+}

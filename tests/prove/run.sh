@@ -1,0 +1,150 @@
+#!/usr/bin/env bash
+# Proves what surefix promises (docs/promises.md): one line for each proof, with its figure.
+#
+# Usage: tests/prove/run.sh [--quick] [NAME…]
+#   --quick: seconds each, with the build in build/cpp; only the proofs that can be had so
+#   NAME: numerics same_bits no_heap soak fuzz sanitizers coverage package onboard
+# Logs lie in build/prove. MINUTES (10) is how long each fuzzer runs.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+work=$PWD/build/prove
+minutes=${MINUTES:-10}
+quick=
+[[ ${1:-} != --quick ]] || { quick=yes; shift; }
+# What malloc keeps for later counts as in use: it keeps nothing, or `soak` would see it grow.
+export GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.mxfast=0
+# Only this project's own flags.
+unset CXXFLAGS LDFLAGS CMAKE_PREFIX_PATH
+
+# Configures a preset into build/PRESET and builds the targets named after it.
+preset() {
+  cmake --preset "$1"
+  cmake --build "build/$1" ${2:+--target "${@:2}"}
+}
+# The folder of the build that a quick proof uses, and a long one makes.
+programs() { echo "build/$([[ -n $quick ]] && echo cpp || echo release)"; }
+# Runs a program for as long as is quick, or as is not; its last line is the figure.
+run_program() {
+  figure=$("$(programs)/tests/prove/$1" "$([[ -n $quick ]] && echo "$2" || echo "$3")" |
+    tee /dev/stderr | tail -1)
+}
+need_programs() { [[ -n $quick ]] || preset release; }
+
+prove_numerics() {
+  need_programs
+  run_program surefix_numerics 1000000 100000000
+}
+
+prove_soak() {
+  need_programs
+  run_program surefix_soak 0.05 24
+}
+
+prove_no_heap() {
+  need_programs
+  local log=$work/no_heap.txt
+  "$(programs)/tests/cpp/surefix_no_heap_test" >"$log"
+  figure="$(grep -c '^\[       OK \]' "$log") systems, no allocation in a step"
+}
+
+# The replays of tests/golden with every compiler and level of optimisation; one of them for Python
+# is in tests/python.
+prove_same_bits() {
+  if [[ -n $quick ]]; then
+    build/cpp/tests/cpp/surefix_golden
+    figure="5 replays as committed"
+    return
+  fi
+  local compiler level ways=0
+  for compiler in g++ clang++; do
+    for level in O0 O2 O3; do
+      local build=build/bits-$compiler-$level
+      CXX=$compiler cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DSUREFIX_TESTS=ON \
+        -DCMAKE_CXX_FLAGS="-$level"
+      cmake --build "$build" --target surefix_golden
+      "$build/tests/cpp/surefix_golden"
+      ways=$((ways + 1))
+    done
+  done
+  figure="5 replays as committed, $ways ways compiled (g++, clang++; O0, O2, O3)"
+}
+
+prove_fuzz() {
+  preset fuzz
+  local fuzzer name log runs=
+  for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
+    [[ -x $fuzzer && -f $fuzzer ]] || continue
+    name=$(basename "$fuzzer")
+    log=$work/$name.txt
+    mkdir -p "$work/$name"
+    "$fuzzer" -max_total_time=$((minutes * 60)) -timeout=10 -max_len=4096 -print_final_stats=1 \
+      -artifact_prefix="$work/$name-" "$work/$name" >"$log" 2>&1 || { tail -40 "$log"; return 1; }
+    runs+="${runs:+, }$(sed -n 's/^stat::number_of_executed_units: *//p' "$log") of ${name#fuzz_}"
+  done
+  figure="$minutes minutes each, nothing found: $runs inputs"
+}
+
+prove_sanitizers() {
+  local name
+  for name in asan-ubsan tsan; do
+    preset "$name"
+    ctest --test-dir "build/$name" --output-on-failure --no-tests=error -j "$(nproc)"
+  done
+  figure="$(ctest --test-dir build/tsan -N | sed -n 's/^Total Tests: //p') C++ tests under ASan, UBSan and TSan"
+}
+
+prove_coverage() {
+  preset coverage
+  ctest --test-dir build/coverage --output-on-failure --no-tests=error -j "$(nproc)"
+  gcovr --root . --filter cpp/ --object-directory build/coverage \
+    --exclude-throw-branches --exclude-unreachable-branches --print-summary \
+    --txt "$work/coverage.txt" --html-details "$work/coverage.html" >"$work/coverage-summary.txt"
+  figure=$(grep -E '^(lines|branches):' "$work/coverage-summary.txt" | paste -sd' ')
+}
+
+# The installed package with each compiler and standard, and every onboard program against it.
+prove_package() {
+  preset no-exceptions
+  tests/install/run.sh
+  local compiler standard ways=0
+  for compiler in g++ clang++; do
+    for standard in 17 20; do
+      local build=build/onboard-$compiler-$standard
+      cmake -S examples/onboard -B "$build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" \
+        -DCMAKE_CXX_STANDARD="$standard" -DCMAKE_PREFIX_PATH="$PWD/build/install/plain/moved"
+      cmake --build "$build"
+      tests/prove/onboard.sh "$build"
+      ways=$((ways + 1))
+    done
+  done
+  figure="4 programs built and run against the installed package, $ways ways (g++, clang++; C++17, C++20)"
+}
+
+prove_onboard() {
+  figure=$(.venv/bin/python benchmarks/onboard.py --brief)
+}
+
+if [[ -n $quick ]]; then all=(numerics same_bits no_heap soak); else
+  all=(numerics same_bits no_heap soak sanitizers coverage package onboard fuzz)
+fi
+proofs=("${@:-${all[@]}}")
+mkdir -p "$work"
+for proof in "${proofs[@]}"; do
+  declare -F "prove_$proof" >/dev/null || { echo "no proof '$proof'" >&2; exit 2; }
+done
+failed=0
+for proof in "${proofs[@]}"; do
+  begin=$SECONDS
+  rm -f "$work/$proof.figure"
+  # In a shell of its own that stops at the first failure, which an `if` around it would hide.
+  (set -e; figure=; "prove_$proof"; echo "$figure" >"$work/$proof.figure") >"$work/$proof.log" 2>&1 &
+  if wait $!; then
+    printf '%-11s ok      %s (%d s)\n' "$proof" "$(cat "$work/$proof.figure")" $((SECONDS - begin))
+  else
+    failed=1
+    printf '%-11s FAILED  see %s\n' "$proof" "$work/$proof.log"
+    tail -5 "$work/$proof.log" | sed 's/^/    /'
+  fi
+done
+exit "$failed"
