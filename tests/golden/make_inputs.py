@@ -40,7 +40,7 @@ def journey() -> list[tuple[int, int, int, float]]:
     return sorted(rows)
 
 
-def interrupted() -> list[tuple[int, float]]:
+def interrupted(gross: float) -> list[tuple[int, float]]:
     """200 measurements of a wave, interrupted, with gross errors and gaps."""
     random = np.random.RandomState(2011)
     rows = []
@@ -49,7 +49,7 @@ def interrupted() -> list[tuple[int, float]]:
         if random.rand() < 0.2:
             z = 3.0 * random.standard_normal()  # interrupted: noise alone
         if k % 53 == 31:
-            z = 1e4
+            z = gross
         rows.append((k, float("nan") if k % 29 == 17 else round(float(z), 6)))
     return rows
 
@@ -104,13 +104,16 @@ def bus() -> list[str]:
 
 
 def drifting() -> list[str]:
-    """20 s of a wheel and a radar at 10 Hz; from 12 s on the radar drifts by 0.4 m/s a second."""
+    """20 s of a wheel, a radar and a receiver at 10 Hz; from 12 s on the radar drifts by 0.4 m/s a
+    second."""
     random = np.random.RandomState(2023)
     lines = []
     for k in range(1, 201):
         t = 0.1 * k
-        for sensor, sigma in ((0, 0.1), (1, 0.3)):
-            value = 20.0 + sigma * random.standard_normal() + 0.4 * max(t - 12.0, 0.0) * sensor
+        for sensor, sigma in enumerate((0.1, 0.3, 0.2)):
+            value = (
+                20.0 + sigma * random.standard_normal() + 0.4 * max(t - 12.0, 0.0) * (sensor == 1)
+            )
             lines.append(f"M,{100 * MS * k},{sensor},{value:.4f}")
         if k % 5 == 0:
             lines.append(f"E,{100 * MS * k}")
@@ -140,11 +143,11 @@ def write_sample(program: str, lines: Iterable[str]) -> None:
 
 if __name__ == "__main__":
     write("log.csv", "arrival,stamp,sensor,value", journey())
-    write("measurements.csv", "k,z", interrupted())
+    write("measurements.csv", "k,z", interrupted(1e4))
     write("track.csv", "x,y,z", line())
     write("epochs.csv", "epoch,satellite,x,y,z,pseudorange,sigma,system", epochs())
     SAMPLES.mkdir(exist_ok=True)
     write_sample("speed_monitor", bus())
-    write_sample("switching_filter", [f"Z,{z}" for _, z in interrupted()])
+    write_sample("switching_filter", [f"Z,{z}" for _, z in interrupted(8.0)])
     write_sample("drift_detector", drifting())
     write_sample("track_monitor", satellites())

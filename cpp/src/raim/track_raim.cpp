@@ -9,8 +9,10 @@ namespace {
 constexpr double none = Verdict::none;
 
 bool usable(const Satellite& s) noexcept {
-  const double sum = s.position[0] + s.position[1] + s.position[2] + s.pseudorange + s.sigma;
-  return std::isfinite(sum) && s.sigma > 0.0 && s.system >= 0 && s.system < max_systems;
+  bool near = std::abs(s.pseudorange) <= farthest;  // false of NaN
+  for (const double x : s.position) near = near && std::abs(x) <= farthest;
+  const bool weighed = s.sigma >= smallest_sigma && s.sigma <= farthest;
+  return near && weighed && s.system >= 0 && s.system < max_systems;
 }
 
 Selection without_set(const Selection& all, const SatelliteSet& set) noexcept {

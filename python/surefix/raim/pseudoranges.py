@@ -21,10 +21,10 @@ class Pseudoranges:
     [m], (N,) or one number, ``system`` (N,) names of those whose clocks differ (None: one).
 
     Rows of equal time are an epoch: they are sorted by time, otherwise left in order. A satellite
-    may be there once an epoch. Rows with a
-    pseudorange, position or sigma that is not finite, or a sigma ≤ 0, stay and are not used. All
-    arrays are read-only copies. ``epoch_time`` (T,), ``begin`` (T + 1,): epoch t holds the rows
-    begin[t] to begin[t + 1] - 1. Raises ShapeError, ConfigError.
+    may be there once an epoch. Rows with a pseudorange, position or sigma that is not finite or
+    beyond 1e10 m, or a sigma below 1e-6 m, stay and are not used. All arrays are read-only copies.
+    ``epoch_time`` (T,), ``begin`` (T + 1,): epoch t holds the rows begin[t] to begin[t + 1] - 1.
+    Raises ShapeError, ConfigError.
     """
 
     def __init__(

@@ -99,6 +99,17 @@ def test_a_train_that_is_elsewhere() -> None:
     assert result.declared[0] in ("alarm", "not available")
 
 
+def test_absurd_numbers_are_not_used() -> None:
+    """A pseudorange whose square overflows takes nothing with it; nor does a sigma of nothing."""
+    healthy = monitor(SCENE.track, DEMAND).run(ONE)
+    for column, value in (("pseudorange", 1e300), ("pseudorange", -1e11), ("sigma", 1e-300)):
+        columns = {"pseudorange": R, "sigma": S}
+        columns[column] = with_value(columns[column], 3, value)
+        found = monitor(SCENE.track, DEMAND).run(rows(**columns))
+        assert found.declared[0] == "ok"
+        assert found.used[0] == healthy.used[0] - 1
+
+
 def test_no_epochs() -> None:
     empty = np.zeros(0)
     none = sf.raim.Pseudoranges(empty, [], np.zeros((0, 3)), empty, empty)

@@ -10,6 +10,10 @@ namespace surefix::raim {
 inline constexpr double speed_of_light = 299792458.0;      ///< [m/s]
 inline constexpr double earth_rotation = 7.2921151467e-5;  ///< WGS-84 [rad/s]
 
+/// Beyond these [m] a satellite is not used: half a minute of light, and no clock is off by that
+/// much. Squares of what is within cannot overflow.
+inline constexpr double farthest = 1e10, smallest_sigma = 1e-6;
+
 /// One pseudorange r = d(l) + clock of its system + ε, corrected for atmosphere and satellite
 /// clock.
 struct Satellite {

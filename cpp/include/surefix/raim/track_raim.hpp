@@ -18,8 +18,9 @@ class TrackRaim {
   TrackRaim(const Track& track, const MonitorSettings& settings) noexcept
       : track_(&track), settings_(settings), tables_(settings) {}
 
-  /// Judges n satellites; those with a pseudorange, position or sigma that is not finite, or a
-  /// sigma ≤ 0, or a system out of range, are not used. `where`: K, and where the iteration begins.
+  /// Judges n satellites; those with a pseudorange, position or sigma that is not finite or beyond
+  /// `farthest`, a sigma below `smallest_sigma`, or a system out of range, are not used. `where`:
+  /// K, and where the iteration begins.
   [[nodiscard]] Verdict judge(const Satellite* satellites, int n,
                               const Whereabouts& where) const noexcept;
 
