@@ -113,7 +113,7 @@ def _lines(path: Path, given: Any) -> list[Any]:
     """Coordinates of all lines in an object of GeoJSON; what is no line, stations for example, is
     left out."""
     kind = given.get("type") if isinstance(given, dict) else None
-    if kind in COLLECTIONS:
+    if isinstance(kind, str) and kind in COLLECTIONS:
         return [
             line for part in _list(path, given, COLLECTIONS[kind]) for line in _lines(path, part)
         ]

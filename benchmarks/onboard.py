@@ -1,0 +1,170 @@
+"""What the programs of examples/onboard need: bytes of their objects, stack, instructions a step.
+
+``python benchmarks/onboard.py``: the size of each system's object as the linker has it, the deepest
+chain of calls below its step by GCC's ``-fcallgraph-info=su`` (frames of surefix and Eigen; the C
+library's are not in it), and the instructions of its step by callgrind, which counts the same in
+every run. Needs g++, cmake, ninja and valgrind; some minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build" / "stack"
+SAMPLES = ROOT / "examples" / "onboard" / "samples"
+NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes \((\w+)')
+EDGE = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
+
+
+def full_step() -> str:
+    """24 measurements of three sensors in every step of half a second, one of them drifting."""
+    lines = []
+    for k in range(1, 481):
+        stamp, sensor = 20_833_333 * k, k % 3
+        value = 20.0 + 0.3 * ((k * 7919) % 11 - 5) / 5 + (0.02 * (k - 240) if sensor == 1 else 0.0)
+        lines.append(f"M,{stamp + (0, 30_000_000, 150_000_000)[sensor]},{sensor},{value:.3f}")
+        if k % 24 == 0:
+            lines.append(f"E,{stamp}")
+    return "\n".join(lines) + "\n"
+
+
+# Of each program: name, function of the step as callgrind prints it, its input, letter of a step.
+PROGRAMS: tuple[tuple[str, str, str, Callable[[], str], str], ...] = (
+    ("speed_monitor", "3 sensors x 3 modes, 24 measurements", "*Filter*::estimate(*",
+     full_step, "E"),
+    ("switching_filter", "2 states, 4 modes", "*Filter*::step(*",
+     (SAMPLES / "switching_filter.in").read_text, "Z"),
+    ("drift_detector", "one look through 300 measurements", "*SlidingDetector*::look(*",
+     (SAMPLES / "drift_detector.in").read_text, "E"),
+    ("track_monitor", "10 satellites, hypotheses of 1 and 2", "*TrackRaim::judge(*",
+     (SAMPLES / "track_monitor.in").read_text, "E"),
+)  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--brief", action="store_true", help="one line, of the speed monitor")
+    brief = parser.parse_args().brief
+    build()
+    calls = call_graph()
+    rows = []
+    for program, what, step, text, letter in PROGRAMS[: 1 if brief else None]:
+        size, stack = object_size(program), deepest(calls, step_pattern(step))
+        given = text()
+        looks = 3 if program == "drift_detector" else 1
+        steps = looks * sum(line.startswith(letter) for line in given.splitlines())
+        rows.append((program, what, size, stack, instructions(program, step, given) // steps))
+    if brief:
+        _, what, size, stack, count = rows[0]
+        print(f"speed monitor ({what}): object {size} bytes, stack {stack}, {count} instructions")
+        if stack > 65536:
+            raise SystemExit("its step needs more than 64 KiB of stack")
+        return
+    print("| program | a step | object [bytes] | stack [bytes] | instructions |")
+    print("| --- | --- | --- | --- | --- |")
+    for row in rows:
+        print("| " + " | ".join(f"{x:,}" if isinstance(x, int) else x for x in row) + " |")
+
+
+def build() -> None:
+    """Library and programs as they would be onboard, with GCC's call graphs beside the objects."""
+    flags = "-fcallgraph-info=su -fno-exceptions -fno-rtti"
+    prefix = BUILD / "installed"
+    configured = ["-G", "Ninja", "-DCMAKE_CXX_COMPILER=g++", f"-DCMAKE_CXX_FLAGS={flags}"]
+    quiet(["cmake", "-S", str(ROOT), "-B", str(BUILD / "library"), "-DSUREFIX_TESTS=OFF",
+           "-DCMAKE_CXX_COMPILER_LAUNCHER=", *configured])  # fmt: skip
+    quiet(["cmake", "--build", str(BUILD / "library")])
+    quiet(["cmake", "--install", str(BUILD / "library"), "--prefix", str(prefix)])
+    quiet(["cmake", "-S", str(ROOT / "examples" / "onboard"), "-B", str(BUILD / "programs"),
+           f"-DCMAKE_PREFIX_PATH={prefix}", *configured])  # fmt: skip
+    quiet(["cmake", "--build", str(BUILD / "programs")])
+
+
+def quiet(command: list[str]) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise SystemExit(f"{' '.join(command)}:\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+class Calls:
+    """Frame [bytes] and callees of every function that was compiled."""
+
+    def __init__(self) -> None:
+        self.frame: dict[str, int] = {}
+        self.callees: dict[str, set[str]] = {}
+
+
+def call_graph() -> Calls:
+    calls = Calls()
+    for file in BUILD.rglob("*.ci"):
+        text = file.read_text(encoding="utf-8")
+        for name, size, kind in NODE.findall(text):
+            if kind not in ("static", "dynamic"):
+                raise SystemExit(f"{file}: a frame of unbounded size, {name}")
+            calls.frame[plain(name)] = max(int(size), calls.frame.get(plain(name), 0))
+        for caller, callee in EDGE.findall(text):
+            calls.callees.setdefault(plain(caller), set()).add(plain(callee))
+    return calls
+
+
+def plain(name: str) -> str:
+    """Local symbols carry the name of their file before a colon."""
+    return name.rsplit(":", 1)[-1]
+
+
+def step_pattern(step: str) -> re.Pattern[str]:
+    return re.compile(re.escape(step).replace(r"\*", ".*"))
+
+
+def deepest(calls: Calls, step: re.Pattern[str]) -> int:
+    """Bytes of the deepest chain of calls that begins at a function of this name."""
+    names = list(calls.frame)
+    readable = subprocess.run(
+        ["c++filt"], input="\n".join(names), capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    starts = [name for name, text in zip(names, readable, strict=True) if step.match(text)]
+    if not starts:
+        raise SystemExit(f"no function {step.pattern} was compiled")
+    known: dict[str, int] = {}
+
+    def depth(name: str, above: frozenset[str]) -> int:
+        if name in above:
+            raise SystemExit(f"{name} calls itself: its stack has no bound")
+        if name not in known:
+            below = calls.callees.get(name, set())
+            known[name] = calls.frame.get(name, 0) + max(
+                (depth(callee, above | {name}) for callee in below), default=0
+            )
+        return known[name]
+
+    return max(depth(start, frozenset()) for start in starts)
+
+
+def object_size(program: str) -> int:
+    """Of the static object in main that is the system."""
+    table = quiet(["nm", "-S", "-C", str(BUILD / "programs" / program)])
+    names = {"drift_detector": "detector", "track_monitor": "monitor"}
+    wanted = f"main::{names.get(program, 'filter')}"
+    return next(int(row.split()[1], 16) for row in table.splitlines() if row.endswith(wanted))
+
+
+def instructions(program: str, step: str, text: str) -> int:
+    """Within all calls of the step."""
+    out = BUILD / f"{program}.callgrind"
+    command = ["valgrind", "--tool=callgrind", f"--toggle-collect={step}",
+               f"--callgrind-out-file={out}", str(BUILD / "programs" / program)]  # fmt: skip
+    subprocess.run(command, input=text, capture_output=True, text=True, check=True)
+    totals = re.search(r"^(?:totals|summary): (\d+)", out.read_text(), re.MULTILINE)
+    if totals is None or int(totals[1]) == 0:
+        raise SystemExit(f"{program}: callgrind saw no call of {step}")
+    return int(totals[1])
+
+
+if __name__ == "__main__":
+    main()
