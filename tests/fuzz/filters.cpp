@@ -15,7 +15,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   auto mixture = made.mixture();
   Time now = 0;
   long pushed = 0, asked = 0;
-  Counters before{};
   while (bytes.more()) {
     if (bytes.byte() % 4 != 0) {
       const Time stamp = now + (bytes.byte() % 2 == 0 ? bytes.time() % 1'000'000'000 : 0);
@@ -28,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     Time next = 0;
     if (__builtin_add_overflow(now, bytes.time(), &next)) next = now;
-    StepError error;
+    desync::StepError error;
     const Status status = filter.estimate(next, error);
     ++asked;
     require(is_finite(filter.state().belief), "the belief is finite");

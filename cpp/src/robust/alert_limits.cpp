@@ -146,7 +146,6 @@ double lower_limit(const TailMixture& mixture, double tail) noexcept {
 }
 
 AlertLimits find_limits(const TailMixture& mixture, double risk, Sides sides) noexcept {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
   const double tail = sides == Sides::both ? 0.5 * risk : risk;
   return {sides == Sides::upper ? -infinity : lower_limit(mixture, tail),
           sides == Sides::lower ? infinity : upper_limit(mixture, tail)};
