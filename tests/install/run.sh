@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs the C++ package, moves it, and builds and runs the programs of consumer/ against it as a
 # user of the package would: with CMake's find_package and with pkg-config, in both usual layouts of
-# the library folder, the second time without exceptions and RTTI.
+# the library folder, the second time without exceptions and RTTI; and the programs of
+# examples/onboard, one for each system.
 #
 # Usage: tests/install/run.sh [BUILD]   BUILD: where surefix is built already, to save doing it again
 set -euo pipefail
@@ -70,6 +71,15 @@ check() {
   echo "  pkg-config: the same"
 }
 
+# The onboard programs against the package in folder $1, on their samples.
+check_onboard() {
+  quietly cmake -S examples/onboard -B "$work/onboard" -G Ninja -DCMAKE_PREFIX_PATH="$1" \
+    -DCMAKE_CXX_FLAGS_RELEASE='-O1 -DNDEBUG'
+  quietly cmake --build "$work/onboard"
+  tests/prove/onboard.sh "$work/onboard"
+  echo "onboard: every program built, ran and wrote what it should"
+}
+
 mkdir -p "$work"
 built=${1:-$work/plain/build}
 [[ $# -gt 0 ]] || build "$built" lib
@@ -80,3 +90,4 @@ building=$!
 check plain "$built" lib ""
 wait "$building"
 check bare "$work/bare/build" "lib/$(uname -m)-linux-gnu" "$bare"
+check_onboard "$work/bare/moved"

@@ -106,6 +106,8 @@ prove_coverage() {
 # The installed package with each compiler and standard, and every onboard program against it.
 prove_package() {
   preset no-exceptions
+  mkdir -p build/docs
+  doxygen docs/Doxyfile # whose warnings are errors
   tests/install/run.sh
   local compiler standard ways=0
   for compiler in g++ clang++; do
