@@ -101,7 +101,7 @@ def test_a_train_that_is_elsewhere() -> None:
 
 def test_absurd_numbers_are_not_used() -> None:
     """A pseudorange whose square overflows takes nothing with it; nor does a sigma of nothing."""
-    healthy = monitor(SCENE.track, DEMAND).run(ONE)
+    healthy = monitor(SCENE.track, DEMAND).run(rows())
     for column, value in (("pseudorange", 1e300), ("pseudorange", -1e11), ("sigma", 1e-300)):
         columns = {"pseudorange": R, "sigma": S}
         columns[column] = with_value(columns[column], 3, value)
