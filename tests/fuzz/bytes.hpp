@@ -54,7 +54,7 @@ class Bytes {
       case 1:
         return 0;
       case 2:
-        return -raw<std::int32_t>();
+        return -std::int64_t{raw<std::int32_t>()};
       case 3:
         return 31'557'600'000'000'000;  // a year
       case 4:
