@@ -2,47 +2,23 @@
 #include <cmath>
 
 #include "bytes.hpp"
-#include "surefix/core/linear_system.hpp"
-#include "surefix/switching/filter.hpp"
+#include "switching/switching.hpp"
 
 namespace {
 
 using namespace surefix;
-using Sizes = switching::Sizes<2, 4>;
-
-switching::ModeChain four_modes() {
-  Eigen::MatrixXd gamma(2, 2), delta(2, 2);
-  gamma << 0.9, 0.1, 0.6, 0.4;
-  delta << 0.8, 0.2, 0.5, 0.5;
-  switching::ModeChain chain;
-  fuzz::require(static_cast<bool>(switching::ModeChain::independent({1.0, 0.0}, gamma, {1.0, 10.0},
-                                                                    delta, chain)),
-                "a chain");
-  return chain;
-}
-PreparedSystem<Sizes> prepared() {
-  LinearSystem system;
-  system.A = {(Eigen::Matrix2d() << 1.0, 0.5, -0.2, 0.7).finished()};
-  system.Q = {Eigen::Vector2d(0.3, 0.1).asDiagonal().toDenseMatrix()};
-  system.H = {(Eigen::MatrixXd(1, 2) << 1.0, 0.3).finished()};
-  system.R = {Eigen::MatrixXd::Constant(1, 1, 0.5)};
-  system.x0 = Eigen::Vector2d(1.0, -1.0);
-  system.P0 = Eigen::Vector2d(2.0, 1.0).asDiagonal();
-  PreparedSystem<Sizes> out;
-  fuzz::require(out.make(system) == ConfigStatus::ok, "a system");
-  return out;
-}
+using switching::testing::Two;
 
 template <switching::Method method>
 void run(fuzz::Bytes bytes) {
-  static const auto system = prepared();
-  static const auto chain = four_modes();
-  switching::Filter<method, Sizes> filter;
-  fuzz::require(filter.make(chain, system.initial()) == ConfigStatus::ok, "a filter");
+  static const switching::testing::Prepared prepared;
+  static const auto chain = switching::testing::four_modes();
+  switching::Filter<method, Two> filter;
+  fuzz::require(filter.make(chain, prepared.system.initial()) == ConfigStatus::ok, "a filter");
   while (bytes.more()) {
-    switching::Measured<Sizes> z;
+    switching::Measured<Two> z;
     z(0) = bytes.number(0.0, 2.0);
-    (void)filter.step(system.transition(1), system.observation(0), z);
+    (void)filter.step(prepared.transition(), prepared.observation(), z);
     double sum = 0.0;
     for (int j = 0; j < 4; ++j) {
       fuzz::require(filter.mode(j) >= 0.0, "a probability");
