@@ -26,8 +26,12 @@ void run(fuzz::Bytes bytes) {
     }
     fuzz::require(std::abs(sum - 1.0) < 1e-9, "modes sum to one");
     const auto& found = filter.estimate();
-    fuzz::require(is_finite(found) && found.P(0, 0) >= 0.0 && found.P(0, 1) == found.P(1, 0),
-                  "the estimate");
+    fuzz::require(is_finite(found) && found.P(0, 1) == found.P(1, 0), "the estimate");
+    // Far below the rounding of a determinant of two variances there is nothing to see.
+    fuzz::require(
+        found.P(0, 0) >= 0.0 && found.P(1, 1) >= 0.0 &&
+            found.P(0, 1) * found.P(0, 1) <= (1.0 + 1e-14) * found.P(0, 0) * found.P(1, 1),
+        "a covariance");
   }
 }
 

@@ -69,6 +69,30 @@ TYPED_TEST(SwitchingFilter, IsAsItWasAfterAStepThatFails) {
   EXPECT_EQ(filter.log_likelihood(), other.log_likelihood());
 }
 
+TYPED_TEST(SwitchingFilter, RefusesWhatNoModeCanTell) {
+  const Prepared prepared;
+  TypeParam filter;
+  ASSERT_EQ(filter.make(four_modes(), prepared.system.initial()), ConfigStatus::ok);
+  const auto step = [&](double z) {
+    return filter.step(prepared.transition(), prepared.observation(), value(z));
+  };
+  for (const double z : {0.0, 4.60889, 1e5, -0.000488281, -1e5, 0.124512}) {
+    ASSERT_EQ(step(z), Status::ok) << z;
+    const double x = filter.estimate().x(0), modes[] = {filter.mode(0), filter.mode(1)};
+    for (const double absurd : {-3.945573e28, 1e10, 1e150}) {
+      EXPECT_EQ(step(absurd), Status::numerical);
+      EXPECT_EQ(filter.estimate().x(0), x);
+      EXPECT_EQ(filter.mode(0), modes[0]);
+      EXPECT_EQ(filter.mode(1), modes[1]);
+    }
+    double sum = 0.0;
+    for (int j = 0; j < 4; ++j) sum += filter.mode(j);
+    EXPECT_NEAR(sum, 1.0, 1e-14);
+    const auto& P = filter.estimate().P;
+    EXPECT_GT(P(0, 0) * P(1, 1), P(0, 1) * P(0, 1)) << z;
+  }
+}
+
 TYPED_TEST(SwitchingFilter, AsksTheChainAloneWhereNothingIsMeasured) {
   const Prepared prepared;
   const ModeChain chain = four_modes();

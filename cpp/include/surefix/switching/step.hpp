@@ -97,9 +97,15 @@ SUREFIX_INLINE void merge(const Step<S>& step, State<S, Lane>& to, int M) noexce
   }
 }
 
+/// The log-density below which a measurement is refused in every mode, 1.4e6 σ from what the modes
+/// expect: of two exponents beyond it the difference, which is what tells modes apart, is lost, and
+/// the spread of their means is beyond what one covariance holds beside their own.
+inline constexpr double least_log_density = -1e12;
+
 /// The signs that a plain step may not hold, lane by lane.
 template <class Lane>
 struct Signs {
+  Lane lowest;           // exponent
   Lane fall;             // the lowest exponent less the greatest
   Lane least_prior;      // of the modes that may be entered
   Lane least_posterior;  // the same after the measurement
@@ -108,13 +114,13 @@ struct Signs {
 
   [[nodiscard]] SUREFIX_INLINE bool good() const noexcept {
     return finite(fall) && finite(estimate) && least(fall) >= deepest &&
-           least(least_prior) >= smallest_plain && least(least_posterior) >= smallest_posterior &&
-           within(total, smallest, largest);
+           least(lowest) >= least_log_density && least(least_prior) >= smallest_plain &&
+           least(least_posterior) >= smallest_posterior && within(total, smallest, largest);
   }
   [[nodiscard]] bool good(int lane) const noexcept {
     using L = Lanes<Lane>;
-    return L::get(fall, lane) >= deepest && finite(L::get(estimate, lane)) &&
-           L::get(least_prior, lane) >= smallest_plain &&
+    return L::get(fall, lane) >= deepest && L::get(lowest, lane) >= least_log_density &&
+           finite(L::get(estimate, lane)) && L::get(least_prior, lane) >= smallest_plain &&
            L::get(least_posterior, lane) >= smallest_posterior && L::get(total, lane) >= smallest &&
            L::get(total, lane) <= largest;
   }
@@ -209,11 +215,11 @@ SUREFIX_INLINE std::uint32_t take_step(const Step<S>& step,
     return Lane(to.merged.x(i) + to.merged.P(i, i));
   });
   const Lane fall = lowest - shift;
-  return Signs<Lane>{fall, least_prior, least_posterior, total, estimate}.bad();
+  return Signs<Lane>{lowest, fall, least_prior, least_posterior, total, estimate}.bad();
 }
 
 /// The same in logarithms, for one series. False if an innovation's variance is not positive or no
-/// mode has a density.
+/// mode has a density, with its prior, above `least_log_density`.
 template <Method method, class S, class O>
 [[nodiscard]] bool take_step_in_logs(const Step<S>& step, const Observation<O>* const* observation,
                                      const ModeTable<S>& modes, const Measured<O>& z,
@@ -223,24 +229,29 @@ template <Method method, class S, class O>
   predict_modes<method, true>(step, from, to, room, M);
   Likelihood<S, double>& found = room.likelihood;
   if (!read_all<true>(step, observation, modes, z, to, found)) return false;
+  double best = -std::numeric_limits<double>::infinity();
   for (int j = 0; j < M; ++j) {
     const double log_density = !modes.reads(j) ? log_density_of_noise(modes, j, found.noise[at(j)],
                                                                       *observation[step.system(j)])
                                                : found.exponent[at(j)] + found.factor[at(j)];
     to.law.log_mode[at(j)] = room.before.log_prior[at(j)] + log_density;
+    best = greater(to.law.log_mode[at(j)], best);
   }
-  const double evidence = log_sum(to.law.log_mode, M);
-  if (!finite(evidence)) return false;
+  if (!(best >= least_log_density)) return false;
+  // The greatest first: beside it the logarithm of the sum of the others would be lost.
+  for (int j = 0; j < M; ++j) to.law.log_mode[at(j)] -= best;
+  const double rest = log_sum(to.law.log_mode, M);
+  if (!finite(rest)) return false;
   to.law.deep = 0.0;
   for (int j = 0; j < M; ++j) {
     double& log_mode = to.law.log_mode[at(j)];
-    log_mode -= evidence;
+    log_mode -= rest;
     to.law.mode[at(j)] = std::exp(log_mode);
     if (log_mode > -std::numeric_limits<double>::infinity() && to.law.mode[at(j)] < smallest_plain)
       to.law.deep = 1.0;
   }
   merge(step, to, M);
-  to.evidence.follow(from.evidence, 1.0, evidence, static_cast<int>(z.size()));
+  to.evidence.follow(from.evidence, 1.0, best + rest, static_cast<int>(z.size()));
   return true;
 }
 
