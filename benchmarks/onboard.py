@@ -13,6 +13,7 @@ import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build" / "stack"
@@ -34,13 +35,30 @@ def full_step() -> str:
     return "\n".join(lines) + "\n"
 
 
-# Of each program whose step is a function of its own (those of the others are inlined in main):
-# name, the step as callgrind prints it, its input, letter of a step.
-PROGRAMS: tuple[tuple[str, str, str, Callable[[], str], str], ...] = (
-    ("speed_monitor", "3 sensors x 3 modes, 24 measurements", "*Filter*::estimate(*",
-     full_step, "E"),
-    ("track_monitor", "10 satellites, hypotheses of 1 and 2", "*TrackRaim::judge(*",
-     (SAMPLES / "track_monitor.in").read_text, "E"),
+class Program(NamedTuple):
+    """One of examples/onboard."""
+
+    name: str
+    step: str  # what it does in one
+    function: str  # its step, as callgrind prints it
+    objects: tuple[str, ...]  # in main
+    given: Callable[[], str]  # its input
+    letter: str  # of a line that makes a step
+
+
+def sample(name: str) -> Callable[[], str]:
+    return (SAMPLES / f"{name}.in").read_text
+
+
+PROGRAMS = (
+    Program("speed_monitor", "3 sensors x 3 modes, 24 measurements", "*Filter*::estimate(*",
+            ("filter",), full_step, "E"),
+    Program("switching_filter", "2 states, 4 modes, 1 measurement", "*::step(*", ("filter",),
+            sample("switching_filter"), "Z"),
+    Program("drift_detector", "3 measurements, 3 looks into the last 300", "*::step(*",
+            ("filter", "detector"), sample("drift_detector"), "E"),
+    Program("track_monitor", "10 satellites, hypotheses of 1 and 2", "*TrackRaim::judge(*",
+            ("monitor",), sample("track_monitor"), "E"),
 )  # fmt: skip
 
 
@@ -49,13 +67,13 @@ def main() -> None:
     parser.add_argument("--brief", action="store_true", help="one line, of the speed monitor")
     brief = parser.parse_args().brief
     build()
-    calls = call_graph()
     rows = []
-    for program, what, step, text, letter in PROGRAMS[: 1 if brief else None]:
-        size, stack = object_size(program), deepest(calls, step_pattern(step))
-        given = text()
-        steps = sum(line.startswith(letter) for line in given.splitlines())
-        rows.append((program, what, size, stack, instructions(program, step, given) // steps))
+    for program in PROGRAMS[: 1 if brief else None]:
+        stack = deepest(call_graph(program.name), step_pattern(program.function))
+        given = program.given()
+        steps = sum(line.startswith(program.letter) for line in given.splitlines())
+        count = instructions(program, given) // steps
+        rows.append((program.name, program.step, object_size(program), stack, count))
     if brief:
         _, what, size, stack, count = rows[0]
         print(f"speed monitor ({what}): object {size} bytes, stack {stack}, {count} instructions")
@@ -97,9 +115,12 @@ class Calls:
         self.callees: dict[str, set[str]] = {}
 
 
-def call_graph() -> Calls:
+def call_graph(program: str) -> Calls:
+    """Of the library and one program."""
     calls = Calls()
     for file in BUILD.rglob("*.ci"):
+        if "programs" in file.parts and file.name != f"{program}.cpp.ci":
+            continue
         text = file.read_text(encoding="utf-8")
         for name, size, kind in NODE.findall(text):
             if kind not in ("static", "dynamic"):
@@ -147,23 +168,28 @@ def deepest(calls: Calls, step: re.Pattern[str]) -> int:
     return max(depth(start, frozenset()) for start in starts)
 
 
-def object_size(program: str) -> int:
-    """Of the static object in main that is the system."""
-    table = quiet(["nm", "-S", "-C", str(BUILD / "programs" / program)])
-    wanted = f"main::{ {'track_monitor': 'monitor'}.get(program, 'filter') }"
-    rows = [row for row in table.splitlines() if row.endswith(wanted) and "guard" not in row]
-    return int(rows[0].split()[1], 16)
+def object_size(program: Program) -> int:
+    """Of the static objects in main that are the system."""
+    table = quiet(["nm", "-S", "-C", str(BUILD / "programs" / program.name)]).splitlines()
+    sizes = [
+        int(row.split()[1], 16)
+        for row in table
+        if any(row.endswith(f" main::{name}") for name in program.objects)
+    ]
+    if len(sizes) != len(program.objects):
+        raise SystemExit(f"{program.name}: not all of {program.objects} are objects of main")
+    return sum(sizes)
 
 
-def instructions(program: str, step: str, text: str) -> int:
+def instructions(program: Program, text: str) -> int:
     """Within all calls of the step."""
-    out = BUILD / f"{program}.callgrind"
-    command = ["valgrind", "--tool=callgrind", f"--toggle-collect={step}",
-               f"--callgrind-out-file={out}", str(BUILD / "programs" / program)]  # fmt: skip
+    out = BUILD / f"{program.name}.callgrind"
+    command = ["valgrind", "--tool=callgrind", f"--toggle-collect={program.function}",
+               f"--callgrind-out-file={out}", str(BUILD / "programs" / program.name)]  # fmt: skip
     subprocess.run(command, input=text, capture_output=True, text=True, check=True)
     totals = re.search(r"^(?:totals|summary): (\d+)", out.read_text(), re.MULTILINE)
     if totals is None or int(totals[1]) == 0:
-        raise SystemExit(f"{program}: callgrind saw no call of {step}")
+        raise SystemExit(f"{program.name}: callgrind saw no call of {program.function}")
     return int(totals[1])
 
 

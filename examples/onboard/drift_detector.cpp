@@ -21,6 +21,7 @@ using System = surefix::System<surefix::ConstantAcceleration, 0, 0, 3>;
 using Filter = surefix::desync::Filter<System, 64>;
 using Detector = surefix::drift::SlidingDetector<System, 300>;
 
+constexpr int searches = 3;           // one for each sensor
 constexpr double false_alarm = 1e-6;  // of each search
 
 [[nodiscard]] bool configure(System& system) {
@@ -41,11 +42,23 @@ constexpr double false_alarm = 1e-6;  // of each search
   surefix::drift::Profile ramp;
   if (surefix::drift::Profile::make(A, Eigen::Vector2d(1.0, 0.0), onset, ramp) != ConfigStatus::ok)
     return false;
-  for (std::size_t s = 0; s < 3; ++s) {
+  for (std::size_t s = 0; s < searches; ++s) {
     Detector::Direction direction{};
     direction[s] = 1.0;
     if (detector.add(ramp, direction, false_alarm) != ConfigStatus::ok) return false;
   }
+  return true;
+}
+
+/// What a cycle does: a function of its own, so that its stack and its time can be stated. False if
+/// there is no estimate.
+[[gnu::noinline]] bool step(Filter& filter, Detector& detector, surefix::Time time,
+                            std::array<surefix::drift::SlidingFinding, searches>& found) {
+  surefix::desync::StepError error;
+  if (filter.estimate(time, error) != Status::ok) return false;
+  detector.take(filter);
+  for (int search = 0; search < searches; ++search)
+    found[static_cast<std::size_t>(search)] = detector.look(search);
   return true;
 }
 
@@ -63,16 +76,15 @@ int main() {
   // From here on nothing allocates.
   static Lines lines;
   constexpr const char* names[] = {"undetectable", "nothing", "fault"};
+  std::array<surefix::drift::SlidingFinding, searches> all;
   for (long long row = 0; lines.next(); ++row) {
     if (lines.kind() == 'M') {
       (void)filter.push(lines.whole(0), static_cast<std::int32_t>(lines.whole(1)), lines.number(2),
                         row);
     } else if (lines.kind() == 'E') {
-      surefix::desync::StepError error;
-      if (filter.estimate(lines.whole(0), error) != Status::ok) continue;
-      detector.take(filter);
-      for (int search = 0; search < detector.searches(); ++search) {
-        const auto found = detector.look(search);
+      if (!step(filter, detector, lines.whole(0), all)) continue;
+      for (int search = 0; search < searches; ++search) {
+        const auto& found = all[static_cast<std::size_t>(search)];
         std::printf("%lld,%d,%s", lines.whole(0), search, names[static_cast<int>(found.finding)]);
         if (found.finding != surefix::drift::Finding::undetectable)
           std::printf(",%lld,%.4f,%.4f,%.2e", static_cast<long long>(found.onset),
