@@ -11,12 +11,14 @@ from __future__ import annotations
 import argparse
 import re
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build" / "stack"
+MOST_STACK = 64 * 1024
 SAMPLES = ROOT / "examples" / "onboard" / "samples"
 NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes \((\w+)')
 SORT, LARGEST_SORT = "__introsort_loop", 1 << 14  # hypotheses
@@ -53,37 +55,64 @@ def sample(name: str) -> Callable[[], str]:
 PROGRAMS = (
     Program("speed_monitor", "3 sensors x 3 modes, 24 measurements", "*Filter*::estimate(*",
             ("filter",), full_step, "E"),
-    Program("switching_filter", "2 states, 4 modes, 1 measurement", "*::step(*", ("filter",),
+    Program("switching_filter", "2 states, 4 modes, 1 measurement", "(anonymous namespace)::step(*", ("filter",),
             sample("switching_filter"), "Z"),
-    Program("drift_detector", "3 measurements, 3 looks into the last 300", "*::step(*",
+    Program("drift_detector", "3 measurements, 3 looks into the last 300", "(anonymous namespace)::step(*",
             ("filter", "detector"), sample("drift_detector"), "E"),
     Program("track_monitor", "10 satellites, hypotheses of 1 and 2", "*TrackRaim::judge(*",
             ("monitor",), sample("track_monitor"), "E"),
 )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Need:
+    """What a program needs."""
+
+    program: str
+    step: str
+    object_bytes: int
+    stack_bytes: int
+    instructions: int  # of a step, the mean over its input
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--brief", action="store_true", help="one line, of the speed monitor")
-    brief = parser.parse_args().brief
+    if not parser.parse_args().brief:
+        show(measure())
+        return
+    (need,) = measure(PROGRAMS[:1])
+    print(f"speed monitor ({need.step}): object {need.object_bytes} bytes, "
+          f"stack {need.stack_bytes}, {need.instructions} instructions")  # fmt: skip
+    if need.stack_bytes > MOST_STACK:
+        raise SystemExit("its step needs more than 64 KiB of stack")
+
+
+def measure(programs: Sequence[Program] = PROGRAMS) -> list[Need]:
     build()
-    rows = []
-    for program in PROGRAMS[: 1 if brief else None]:
-        stack = deepest(call_graph(program.name), step_pattern(program.function))
+    needs = []
+    for program in programs:
         given = program.given()
         steps = sum(line.startswith(program.letter) for line in given.splitlines())
-        count = instructions(program, given) // steps
-        rows.append((program.name, program.step, object_size(program), stack, count))
-    if brief:
-        _, what, size, stack, count = rows[0]
-        print(f"speed monitor ({what}): object {size} bytes, stack {stack}, {count} instructions")
-        if stack > 65536:
-            raise SystemExit("its step needs more than 64 KiB of stack")
-        return
+        needs.append(
+            Need(
+                program.name,
+                program.step,
+                object_size(program),
+                deepest(call_graph(program.name), step_pattern(program.function)),
+                instructions(program, given) // steps,
+            )
+        )
+    return needs
+
+
+def show(needs: Sequence[Need]) -> None:
+    """The table of docs/onboard.md."""
     print("| program | a step | object [bytes] | stack [bytes] | instructions |")
     print("| --- | --- | --- | --- | --- |")
-    for row in rows:
-        print("| " + " | ".join(f"{x:,}" if isinstance(x, int) else x for x in row) + " |")
+    for need in needs:
+        print(f"| {need.program} | {need.step} | {need.object_bytes:,} | {need.stack_bytes:,} "
+              f"| {need.instructions:,} |")  # fmt: skip
 
 
 def build() -> None:
@@ -174,7 +203,7 @@ def object_size(program: Program) -> int:
     sizes = [
         int(row.split()[1], 16)
         for row in table
-        if any(row.endswith(f" main::{name}") for name in program.objects)
+        if any(row.endswith(f" {kind} main::{name}") for name in program.objects for kind in "bBdD")
     ]
     if len(sizes) != len(program.objects):
         raise SystemExit(f"{program.name}: not all of {program.objects} are objects of main")

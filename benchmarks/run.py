@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 import warnings
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import numpy as np
 import gradient
 import hypotheses
 import monitor
+import onboard
 import surefix as sf
 import switching_filters
 import w1
@@ -136,9 +138,12 @@ def main() -> None:
     gradient.show(gradients)
     raim = monitor.measure(ROOT / "build" / "bench", arguments.repeats)
     monitor.show(raim)
+    needs = onboard.measure()
+    onboard.show(needs)
     report: dict[str, Any] = {
         "count": arguments.count, "w1": table, "import": imports, "hypotheses": robust,
         "switching": switching, "gradient": gradients, "raim": raim,
+        "onboard": [asdict(need) for need in needs],
     }  # fmt: skip
     arguments.json.parent.mkdir(parents=True, exist_ok=True)
     arguments.json.write_text(json.dumps(report, indent=2) + "\n")

@@ -85,36 +85,57 @@ prove_fuzz() {
   figure="$minutes minutes each, nothing found: $runs inputs"
 }
 
-# The C++ suite, and pytest with the extension built so: Python's own leaks are not ours, so leaks
-# are looked for in the C++ suite alone. PYTHONMALLOC: arrays are where the sanitizers see them.
+# A preset with the extension for Python, and its C++ tests.
+preset_with_python() {
+  local python=$PWD/.venv/bin/python
+  cmake --preset "$1" -DSUREFIX_BINDINGS=ON -DPython_EXECUTABLE="$python" \
+    -Dpybind11_DIR="$("$python" -m pybind11 --cmakedir)"
+  cmake --build "build/$1" --target surefix_tests surefix_golden surefix_no_heap_test _core
+}
+# All tests of a preset: ctest, then pytest with its extension and VAR=VALUE… in the environment.
+all_tests() {
+  local build=$PWD/build/$1
+  ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)"
+  rm -rf "$build/python"
+  mkdir "$build/python"
+  cp -r python/surefix "$build/python/"
+  cp "$build"/bindings/_core.*.so "$build/python/surefix/"
+  env "${@:2}" PYTHONPATH="$build/python" OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 \
+    "$PWD/.venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadfile >"$work/pytest-$1.txt" ||
+    { tail -40 "$work/pytest-$1.txt"; return 1; }
+}
+count_tests() {
+  echo "$(ctest --test-dir "build/$1" -N | sed -n 's/^Total Tests: //p') C++ tests and" \
+    "$(grep -oE '[0-9]+ passed' "$work/pytest-$1.txt" | cut -d' ' -f1) of pytest"
+}
+
+# Python's own leaks are not ours: leaks are looked for in the C++ suite. PYTHONMALLOC: each array is
+# a block of its own, which the sanitizers see.
 prove_sanitizers() {
-  local name library python=$PWD/.venv/bin/python passed=
-  for name in asan-ubsan tsan; do
-    cmake --preset "$name" -DSUREFIX_BINDINGS=ON -DPython_EXECUTABLE="$python" \
-      -Dpybind11_DIR="$("$python" -m pybind11 --cmakedir)"
-    cmake --build "build/$name" --target surefix_tests surefix_golden surefix_no_heap_test _core
-    ctest --test-dir "build/$name" --output-on-failure --no-tests=error -j "$(nproc)"
-    rm -rf "build/$name/python"
-    mkdir "build/$name/python"
-    cp -r python/surefix "build/$name/python/"
-    cp "build/$name"/bindings/_core.*.so "build/$name/python/surefix/"
-    library=$([[ $name == tsan ]] && echo libtsan.so || echo libasan.so)
-    env LD_PRELOAD="$(g++ -print-file-name="$library")" PYTHONPATH="$PWD/build/$name/python" \
-      ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 \
-      "$python" -m pytest -q -n "$(nproc)" --dist loadfile >"$work/pytest-$name.txt" ||
-      { tail -40 "$work/pytest-$name.txt"; return 1; }
-    passed=$(grep -oE '[0-9]+ passed' "$work/pytest-$name.txt")
-  done
-  figure="$(ctest --test-dir build/tsan -N | sed -n 's/^Total Tests: //p') C++ tests, $passed of pytest, under ASan, UBSan and TSan"
+  local python_malloc=PYTHONMALLOC=malloc
+  preset_with_python asan-ubsan
+  all_tests asan-ubsan "$python_malloc" ASAN_OPTIONS=detect_leaks=0 \
+    LD_PRELOAD="$(g++ -print-file-name=libasan.so)"
+  preset_with_python tsan
+  all_tests tsan "$python_malloc" LD_PRELOAD="$(g++ -print-file-name=libtsan.so)"
+  figure="$(count_tests tsan) under ASan, UBSan and TSan"
 }
 
 prove_coverage() {
-  preset coverage
-  ctest --test-dir build/coverage --output-on-failure --no-tests=error -j "$(nproc)"
-  gcovr --root . --filter cpp/ --object-directory build/coverage \
-    --exclude-throw-branches --exclude-unreachable-branches --print-summary \
-    --txt "$work/coverage.txt" --html-details "$work/coverage.html" >"$work/coverage-summary.txt"
-  figure=$(grep -E '^(lines|branches):' "$work/coverage-summary.txt" | paste -sd' ')
+  local build=$PWD/build/coverage programs object
+  preset_with_python coverage
+  rm -f "$build"/*.profraw
+  export LLVM_PROFILE_FILE="$build/%4m.profraw" # into four files, whatever number of processes
+  all_tests coverage
+  programs=("$build"/tests/cpp/surefix_{tests,golden,no_heap_test} "$build"/bindings/_core.*.so)
+  llvm-profdata merge -o "$build/coverage.profdata" "$build"/*.profraw
+  for object in "${programs[@]:1}"; do programs+=(-object "$object"); done
+  set -- "${programs[0]}" "${programs[@]:4}" -instr-profile "$build/coverage.profdata" \
+    -ignore-filename-regex='^/usr|/\.venv/|/tests/|/bindings/'
+  llvm-cov export -format=lcov "$@" >"$work/coverage.lcov"
+  llvm-cov export -format=text -skip-functions -skip-expansions "$@" >"$work/coverage.json"
+  figure=$(.venv/bin/python tests/prove/coverage.py "$work/coverage.lcov" "$work/coverage.json" |
+    tee "$work/coverage.txt" /dev/stderr | tail -1)
 }
 
 # The installed package with each compiler and standard, and every onboard program against it.
