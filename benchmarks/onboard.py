@@ -37,6 +37,9 @@ def full_step() -> str:
     return "\n".join(lines) + "\n"
 
 
+OWN_STEP = "(anonymous namespace)::step(*"
+
+
 class Program(NamedTuple):
     """One of examples/onboard."""
 
@@ -55,9 +58,9 @@ def sample(name: str) -> Callable[[], str]:
 PROGRAMS = (
     Program("speed_monitor", "3 sensors x 3 modes, 24 measurements", "*Filter*::estimate(*",
             ("filter",), full_step, "E"),
-    Program("switching_filter", "2 states, 4 modes, 1 measurement", "(anonymous namespace)::step(*", ("filter",),
+    Program("switching_filter", "2 states, 4 modes, 1 measurement", OWN_STEP, ("filter",),
             sample("switching_filter"), "Z"),
-    Program("drift_detector", "3 measurements, 3 looks into the last 300", "(anonymous namespace)::step(*",
+    Program("drift_detector", "3 measurements, 3 looks into the last 300", OWN_STEP,
             ("filter", "detector"), sample("drift_detector"), "E"),
     Program("track_monitor", "10 satellites, hypotheses of 1 and 2", "*TrackRaim::judge(*",
             ("monitor",), sample("track_monitor"), "E"),

@@ -36,7 +36,7 @@ def journey() -> list[tuple[int, int, int, float]]:
     rows += [(t * MS + 3, t * MS, 0, float("inf")) for t in (5100, 31300)]
     rows += [(t * MS + 5, t * MS, 7, 20.0) for t in (8100, 41300)]
     rows += [(100 * MS, -900 * MS, 0, 20.0), (29_000 * MS, -10 * MS, 2, 20.0)]
-    rows += [(arrival + MS, *rest) for arrival, *rest in rows[100:104]]  # once more
+    rows += [(t + MS, stamp, s, v) for t, stamp, s, v in rows[100:104]]  # once more
     return sorted(rows)
 
 
@@ -80,14 +80,14 @@ def epochs() -> list[tuple[float, ...]]:
         first = points[5 + epoch // 2]
         here = first + (points[6 + epoch // 2] - first) * (0.5 * (epoch % 2))
         for k in range(10):
-            r = np.linalg.norm(sky[k] - here) + 1000.0 * (k % 2)
+            r = float(np.linalg.norm(sky[k] - here)) + 1000.0 * (k % 2)
             r += sigma[k] * random.standard_normal()
             r += 80.0 * (20 <= epoch < 26 and k == 3) - 120.0 * (30 <= epoch < 34 and k in (2, 7))
             if epoch == 40 and k > 1:
                 r = float("nan")
             if epoch == 45 and k == 5:
                 r = 1e300
-            rows.append((epoch, k, *sky[k].tolist(), round(float(r), 4), float(sigma[k]), k % 2))
+            rows.append((epoch, k, *sky[k].tolist(), round(r, 4), float(sigma[k]), k % 2))
     return rows
 
 

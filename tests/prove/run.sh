@@ -3,7 +3,7 @@
 #
 # Usage: tests/prove/run.sh [--quick] [NAME…]
 #   --quick: seconds each, with the build in build/cpp; only the proofs that can be had so
-#   NAME: numerics same_bits no_heap soak fuzz sanitizers coverage package onboard
+#   NAME: numerics same_bits no_heap soak fuzz sanitizers coverage package onboard promises
 # Logs lie in build/prove. MINUTES (10) is how long each fuzzer runs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -162,8 +162,20 @@ prove_onboard() {
   figure=$(.venv/bin/python benchmarks/onboard.py --brief)
 }
 
+# Last: one line for each promise, of the tests that its rows name and of the proofs above (as they
+# were last run).
+prove_promises() {
+  preset release
+  ctest --test-dir build/release --no-tests=error -j "$(nproc)" --output-junit "$work/ctest.xml"
+  OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/python -m pytest -q -n "$(nproc)" \
+    --dist loadfile --junitxml="$work/pytest.xml"
+  .venv/bin/python tests/prove/promises.py "$work" >"$work/promises.txt" ||
+    { cat "$work/promises.txt"; return 1; }
+  figure="one line each"$'\n'"$(sed 's/^/  /' "$work/promises.txt")"
+}
+
 if [[ -n $quick ]]; then all=(numerics same_bits no_heap soak); else
-  all=(numerics same_bits no_heap soak sanitizers coverage package onboard fuzz)
+  all=(numerics same_bits no_heap soak sanitizers coverage package onboard fuzz promises)
 fi
 proofs=("${@:-${all[@]}}")
 mkdir -p "$work"
@@ -177,10 +189,10 @@ for proof in "${proofs[@]}"; do
   # In a shell of its own that stops at the first failure, which an `if` around it would hide.
   (set -e; figure=; "prove_$proof"; echo "$figure" >"$work/$proof.figure") >"$work/$proof.log" 2>&1 &
   if wait $!; then
-    printf '%-11s ok      %s (%d s)\n' "$proof" "$(cat "$work/$proof.figure")" $((SECONDS - begin))
+    printf '%-11s ok %6d s  %s\n' "$proof" $((SECONDS - begin)) "$(cat "$work/$proof.figure")"
   else
     failed=1
-    printf '%-11s FAILED  see %s\n' "$proof" "$work/$proof.log"
+    printf '%-11s FAILED       see %s\n' "$proof" "$work/$proof.log"
     tail -5 "$work/$proof.log" | sed 's/^/    /'
   fi
 done

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,9 +27,13 @@ def known() -> dict[str, Any]:
     return validate(60, 3, risks=[1e-2, 1e-6], settings=["linear"])
 
 
-def test_linear_case_is_the_claimed_risk(known: dict[str, Any]) -> None:
+def test_linear_case_is_the_claimed_risk(
+    known: dict[str, Any], record_property: Callable[[str, object], None]
+) -> None:
     """Without faults the conditional probability is the risk itself, in every single run."""
     for row in known["settings"]["linear"]["risks"]:
+        ratio = row["measured"] / row["claimed"]
+        record_property("figure", f"measured / claimed at {row['claimed']:.0e}: {ratio:.6f}")
         assert row["measured"] == pytest.approx(row["claimed"], rel=1e-6)
         assert row["verdict"] == "agrees"
 

@@ -6,6 +6,7 @@ independent runs is binomial; it is held to what a right filter leaves with prob
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -143,10 +144,14 @@ def test_normalised_noise_is_standard_normal(scope: str) -> None:
 
 @pytest.mark.parametrize("scope", ["results", "journeys"])
 @pytest.mark.parametrize("false_alarm", [0.2, 0.02])
-def test_a_healthy_run_is_flagged_as_rarely_as_stated(scope: str, false_alarm: float) -> None:
+def test_a_healthy_run_is_flagged_as_rarely_as_stated(
+    scope: str, false_alarm: float, record_property: Callable[[str, object], None]
+) -> None:
     """At most ``false_alarm`` of the runs; and, as Bonferroni's bound is tight, not far fewer."""
     results = getattr(simulated(), scope)
     alarms = sum(bool(result.flagged(false_alarm).any()) for result in results)
+    share = f"{alarms / RUNS:.2%} for at most {false_alarm:.0%}"
+    record_property("figure", f"false alarms of noise estimates ({scope}): {share}")
     assert alarms <= stats.binom.ppf(1.0 - 1e-6, RUNS, false_alarm)
     assert alarms >= stats.binom.ppf(1e-6, RUNS, 0.7 * false_alarm)
 

@@ -5,6 +5,7 @@ Risks are made large enough to be counted (1e-2 and 1e-3); within five binomial 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -43,10 +44,12 @@ def near(rate: float, p: float) -> bool:
     return bool(abs(rate - p) < 5.0 * np.sqrt(p * (1.0 - p) / EPOCHS))
 
 
-def test_false_alarms() -> None:
+def test_false_alarms(record_property: Callable[[str, object], None]) -> None:
     s = sky("straight")
     result = monitor(s.track, DEMAND).run(drawn(s, s.epochs[0], np.zeros(8)))
-    assert near(float(np.mean(result.alarm)), 1e-2)
+    share = float(np.mean(result.alarm))
+    record_property("figure", f"false alarms of the track monitor: {share:.2%} for 1 %")
+    assert near(share, 1e-2)
     z = (result.along - s.truth[0]) / result.sigma
     assert np.mean(z) == pytest.approx(0.0, abs=5.0 / np.sqrt(EPOCHS))
     assert np.std(z) == pytest.approx(1.0, abs=5.0 / np.sqrt(2 * EPOCHS))
