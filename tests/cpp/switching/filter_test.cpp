@@ -12,7 +12,7 @@ using namespace testing;
 template <class F>
 class SwitchingFilter : public ::testing::Test {};
 using Filters = ::testing::Types<Filter<Method::imm, Two>, Filter<Method::one_step, Two>>;
-TYPED_TEST_SUITE(SwitchingFilter, Filters);
+TYPED_TEST_SUITE(SwitchingFilter, Filters, );  // its "..." is empty
 
 constexpr Method method(const Filter<Method::imm, Two>*) { return Method::imm; }
 constexpr Method method(const Filter<Method::one_step, Two>*) { return Method::one_step; }
