@@ -123,7 +123,7 @@ prove_sanitizers() {
 
 prove_coverage() {
   local build=$PWD/build/coverage programs object
-  [[ -n ${SKIP:-} ]] || preset_with_python coverage
+  preset_with_python coverage
   rm -f "$build"/*.profraw
   export LLVM_PROFILE_FILE="$build/%4m.profraw" # into four files, whatever number of processes
   all_tests coverage

@@ -55,7 +55,8 @@ def run(
     likelihood: bool = True,
     states: tuple[str, ...] | None = None,
     trouble: str = (
-        "system, z: at {where} the estimate overflows, or no mode has a density above exp(-1e12), z is {z}"
+        "system, z: at {where} the estimate overflows, or no mode has a density (or several one that "
+        "is too small to tell them apart), z is {z}"
     ),
 ) -> SwitchingResult:
     """One call of the engine for all series; ``chain``: whose modes ``modes`` are; ``trouble``:

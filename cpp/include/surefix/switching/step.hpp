@@ -97,10 +97,11 @@ SUREFIX_INLINE void merge(const Step<S>& step, State<S, Lane>& to, int M) noexce
   }
 }
 
-/// The log-density below which a measurement is refused in every mode, 1.4e6 σ from what the modes
-/// expect: of two exponents beyond it the difference, which is what tells modes apart, is lost, and
-/// the spread of their means is beyond what one covariance holds beside their own.
-inline constexpr double least_log_density = -1e12;
+/// The log-density below which a unit in the last place is more than one, 1e8 σ from what a mode
+/// expects: of exponents beyond it the difference, which tells modes apart, is lost. A measurement
+/// that leaves several modes so is refused: the spread of their means would be beyond what one
+/// covariance holds beside their own.
+inline constexpr double least_told = -0x1p53;
 
 /// The signs that a plain step may not hold, lane by lane.
 template <class Lane>
@@ -114,12 +115,12 @@ struct Signs {
 
   [[nodiscard]] SUREFIX_INLINE bool good() const noexcept {
     return finite(fall) && finite(estimate) && least(fall) >= deepest &&
-           least(lowest) >= least_log_density && least(least_prior) >= smallest_plain &&
+           least(lowest) >= least_told && least(least_prior) >= smallest_plain &&
            least(least_posterior) >= smallest_posterior && within(total, smallest, largest);
   }
   [[nodiscard]] bool good(int lane) const noexcept {
     using L = Lanes<Lane>;
-    return L::get(fall, lane) >= deepest && L::get(lowest, lane) >= least_log_density &&
+    return L::get(fall, lane) >= deepest && L::get(lowest, lane) >= least_told &&
            finite(L::get(estimate, lane)) && L::get(least_prior, lane) >= smallest_plain &&
            L::get(least_posterior, lane) >= smallest_posterior && L::get(total, lane) >= smallest &&
            L::get(total, lane) <= largest;
@@ -219,7 +220,7 @@ SUREFIX_INLINE std::uint32_t take_step(const Step<S>& step,
 }
 
 /// The same in logarithms, for one series. False if an innovation's variance is not positive or no
-/// mode has a density, with its prior, above `least_log_density`.
+/// mode has a density, or several have one below `least_told`.
 template <Method method, class S, class O>
 [[nodiscard]] bool take_step_in_logs(const Step<S>& step, const Observation<O>* const* observation,
                                      const ModeTable<S>& modes, const Measured<O>& z,
@@ -237,11 +238,12 @@ template <Method method, class S, class O>
     to.law.log_mode[at(j)] = room.before.log_prior[at(j)] + log_density;
     best = greater(to.law.log_mode[at(j)], best);
   }
-  if (!(best >= least_log_density)) return false;
+  if (!finite(best)) return false;
   // The greatest first: beside it the logarithm of the sum of the others would be lost.
   for (int j = 0; j < M; ++j) to.law.log_mode[at(j)] -= best;
   const double rest = log_sum(to.law.log_mode, M);
   if (!finite(rest)) return false;
+  if (best < least_told && rest > 0.0) return false;
   to.law.deep = 0.0;
   for (int j = 0; j < M; ++j) {
     double& log_mode = to.law.log_mode[at(j)];
