@@ -64,7 +64,7 @@ def drive(
     return Drive(jerk, x0, np.eye(2) if P0 is None else P0, duration, sigma, np.array(value))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("make", [random_drive, hostile_drive, conditioned_drive])
 def test_against_sixty_digits(make: Callable[[int], tuple[Drive, Stamps]], seed: int) -> None:
     given, stamps = make(seed)
@@ -79,7 +79,7 @@ def test_against_sixty_digits(make: Callable[[int], tuple[Drive, Stamps]], seed:
     assert len(result.x) == len(given.value)
     x, P = estimates(given)
     of_x, of_P = errors(result.x, result.P, x, P)
-    moved = sensitivity(given, range(8))
+    moved = sensitivity(given, range(5))
     for name, error, allowed in (("x", of_x, moved[0]), ("P", of_P, moved[1])):
         ratio = error / np.maximum(1e-10, TIMES_SENSITIVITY * allowed)
         worst = int(np.argmax(ratio))
