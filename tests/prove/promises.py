@@ -26,7 +26,7 @@ class Results:
         self.passed: dict[str, dict[str, bool]] = {"ctest": {}, "pytest": {}}
         self.figures: dict[str, list[str]] = {}
         for case in ET.parse(folder / "ctest.xml").iter("testcase"):
-            name = re.sub(r"/\d+|^\w+/(?=\w+\.)", "", case.attrib["name"]).split(" ")[0]
+            name = re.sub(r"/\d+|^\w+/(?=[A-Za-z]\w*\.)|<.*", "", case.attrib["name"]).split()[0]
             self._add("ctest", name, case)
         for case in ET.parse(folder / "pytest.xml").iter("testcase"):
             module = case.attrib["classname"].removeprefix("tests.python.").replace(".", "/")

@@ -10,6 +10,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 work=$PWD/build/prove
 minutes=${MINUTES:-10}
+python=$PWD/.venv/bin/python
+pytest=(env OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+  "$python" -m pytest -q -n "$(nproc)" --dist loadfile)
 quick=
 [[ ${1:-} != --quick ]] || { quick=yes; shift; }
 # What malloc keeps for later counts as in use: it keeps nothing, or `soak` would see it grow.
@@ -87,7 +90,6 @@ prove_fuzz() {
 
 # A preset with the extension for Python, and its C++ tests.
 preset_with_python() {
-  local python=$PWD/.venv/bin/python
   cmake --preset "$1" -DSUREFIX_BINDINGS=ON -DPython_EXECUTABLE="$python" \
     -Dpybind11_DIR="$("$python" -m pybind11 --cmakedir)"
   cmake --build "build/$1" --target surefix_tests surefix_golden surefix_no_heap_test _core
@@ -100,8 +102,7 @@ all_tests() {
   mkdir "$build/python"
   cp -r python/surefix "$build/python/"
   cp "$build"/bindings/_core.*.so "$build/python/surefix/"
-  env "${@:2}" PYTHONPATH="$build/python" OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 \
-    "$PWD/.venv/bin/python" -m pytest -q -n "$(nproc)" --dist loadfile >"$work/pytest-$1.txt" ||
+  env "${@:2}" PYTHONPATH="$build/python" "${pytest[@]}" >"$work/pytest-$1.txt" ||
     { tail -40 "$work/pytest-$1.txt"; return 1; }
 }
 count_tests() {
@@ -112,12 +113,11 @@ count_tests() {
 # Python's own leaks are not ours: leaks are looked for in the C++ suite. PYTHONMALLOC: each array is
 # a block of its own, which the sanitizers see.
 prove_sanitizers() {
-  local python_malloc=PYTHONMALLOC=malloc
   preset_with_python asan-ubsan
-  all_tests asan-ubsan "$python_malloc" ASAN_OPTIONS=detect_leaks=0 \
+  all_tests asan-ubsan PYTHONMALLOC=malloc ASAN_OPTIONS=detect_leaks=0 \
     LD_PRELOAD="$(g++ -print-file-name=libasan.so)"
   preset_with_python tsan
-  all_tests tsan "$python_malloc" LD_PRELOAD="$(g++ -print-file-name=libtsan.so)"
+  all_tests tsan PYTHONMALLOC=malloc LD_PRELOAD="$(g++ -print-file-name=libtsan.so)"
   figure="$(count_tests tsan) under ASan, UBSan and TSan"
 }
 
@@ -134,7 +134,7 @@ prove_coverage() {
     -ignore-filename-regex='^/usr|/\.venv/|/tests/|/bindings/'
   llvm-cov export -format=lcov "$@" >"$work/coverage.lcov"
   llvm-cov export -format=text -skip-functions -skip-expansions "$@" >"$work/coverage.json"
-  figure=$(.venv/bin/python tests/prove/coverage.py "$work/coverage.lcov" "$work/coverage.json" |
+  figure=$("$python" tests/prove/coverage.py "$work/coverage.lcov" "$work/coverage.json" |
     tee "$work/coverage.txt" /dev/stderr | tail -1)
 }
 
@@ -159,7 +159,7 @@ prove_package() {
 }
 
 prove_onboard() {
-  figure=$(.venv/bin/python benchmarks/onboard.py --brief)
+  figure=$("$python" benchmarks/onboard.py --brief)
 }
 
 # Last: one line for each promise, of the tests that its rows name and of the proofs above (as they
@@ -167,9 +167,8 @@ prove_onboard() {
 prove_promises() {
   preset release
   ctest --test-dir build/release --no-tests=error -j "$(nproc)" --output-junit "$work/ctest.xml"
-  OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/python -m pytest -q -n "$(nproc)" \
-    --dist loadfile --junitxml="$work/pytest.xml"
-  .venv/bin/python tests/prove/promises.py "$work" >"$work/promises.txt" ||
+  "${pytest[@]}" --junitxml="$work/pytest.xml" -o junit_family=xunit1 # the later one has no properties
+  "$python" tests/prove/promises.py "$work" >"$work/promises.txt" ||
     { cat "$work/promises.txt"; return 1; }
   figure="one line each"$'\n'"$(sed 's/^/  /' "$work/promises.txt")"
 }

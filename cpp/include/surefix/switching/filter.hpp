@@ -57,7 +57,8 @@ class Filter {
   /// The estimate at the next measurement; NaN in z are missing components. `transition` leads
   /// to it from the one before and is not read by the first.
   ///
-  /// not_finite: z is infinite. numerical: the prediction overflows, or no mode has a density.
+  /// not_finite: z is infinite. numerical: the prediction overflows, no mode has a density, or
+  /// several have one too small to tell them apart.
   [[nodiscard]] Status step(const Transition<S>& transition, const Observation<S>& observation,
                             const Measured<S>& z) noexcept {
     const Transition<S>* const transitions = &transition;
