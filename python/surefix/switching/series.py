@@ -55,8 +55,8 @@ def run(
     likelihood: bool = True,
     states: tuple[str, ...] | None = None,
     trouble: str = (
-        "system, z: at {where} the estimate overflows, or no mode has a density, or several one so "
-        "small that it does not tell them apart; z is {z}"
+        "system, z: at {where} the estimate overflows, or no mode has a density, or z is so far "
+        "from all modes that doubles tell neither them nor the estimate; z is {z}"
     ),
 ) -> SwitchingResult:
     """One call of the engine for all series; ``chain``: whose modes ``modes`` are; ``trouble``:

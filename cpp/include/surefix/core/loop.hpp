@@ -9,7 +9,11 @@
 #include <Eigen/Core>
 #include <utility>
 
-#if defined(__GNUC__) || defined(__clang__)
+// Under a sanitizer speed does not matter, and GCC chokes on its checks inlined into one function.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SUREFIX_INLINE inline
+#define SUREFIX_LAMBDA
+#elif defined(__GNUC__) || defined(__clang__)
 #define SUREFIX_INLINE [[gnu::always_inline]] inline
 #define SUREFIX_LAMBDA __attribute__((always_inline))
 #else

@@ -58,7 +58,8 @@ class Filter {
   /// to it from the one before and is not read by the first.
   ///
   /// not_finite: z is infinite. numerical: the prediction overflows, no mode has a density, or
-  /// several have one too small to tell them apart.
+  /// z is so far from all modes (> 1e8 σ) that doubles do not tell them apart, or its last place is
+  /// worth more than the estimate's standard deviation. The filter is as it was.
   [[nodiscard]] Status step(const Transition<S>& transition, const Observation<S>& observation,
                             const Measured<S>& z) noexcept {
     const Transition<S>* const transitions = &transition;

@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-#include "surefix/switching/step.hpp"
+#include "surefix/switching/step_in_logs.hpp"
 
 namespace surefix::switching {
 
