@@ -11,10 +11,10 @@
 #include "switching/switching.hpp"
 #include "systems.hpp"
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define SUREFIX_COUNTS 0
 #elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define SUREFIX_COUNTS 0
 #endif
 #endif

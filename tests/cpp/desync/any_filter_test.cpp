@@ -151,6 +151,19 @@ TEST(AnyFilter, WithoutAStartBatchAndStreamingStartAtTheEarliestMeasurement) {
   EXPECT_EQ(columns.degrees[0], 3);
 }
 
+TEST(AnyFilter, ABatchWithoutTimesMakesNoEstimateAndAllItsRowsWait) {
+  const AnySystem system = any_speed_system();
+  const auto filter = make(system, std::nullopt);
+  Columns columns(system, {{6 * second, 0, 20.0}, {5 * second, 1, 22.0}}, 1);
+  const PreparedLog prepared = filter->prepare(columns.view(), columns.status.data());
+  const Time unread = 0;
+  const BatchSummary summary =
+      filter->run(prepared, {&unread, 0, NoiseScope::none}, columns.output());
+  EXPECT_EQ(summary.status, Status::ok);
+  EXPECT_EQ(summary.estimates, 0u);
+  EXPECT_EQ(columns.status, std::vector<Status>(2, Status::waiting));
+}
+
 TEST(AnyFilter, KeepsItsBeliefAndWhatWaitsWhenASensorComes) {
   const AnySystem old = any_speed_system();
   AnySystem larger = old;

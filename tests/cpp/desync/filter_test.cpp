@@ -506,6 +506,8 @@ TEST(Filter, RestoreRefusesMeasurementsThatItWouldNotHaveTaken) {
   expect_not_restored({far, 20.0, 1, 2}, Status::not_finite, as_it_is);
   expect_not_restored({none, 20.0, 1, 2}, Status::not_finite, as_it_is);
   expect_not_restored({second, std::nan(""), 1, 0}, Status::not_finite, as_it_is);
+  for (const double factor : {0.0, 1e-7, 1e7, std::nan("")})
+    expect_not_restored({second, 20.0, 1, 0, factor}, Status::not_finite, as_it_is);
   expect_not_restored({second, 20.0, 1, 3}, Status::unknown_sensor, as_it_is);
   expect_not_restored({second, 20.0, 1, -1}, Status::unknown_sensor, as_it_is);
 }

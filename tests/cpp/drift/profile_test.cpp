@@ -52,13 +52,23 @@ TEST(Profile, WhatOverflowsIsRefused) {
 }
 
 TEST(Profile, RefusesWhatIsNone) {
-  Profile profile;
   const Matrix one = Matrix::Ones(1, 1), two = Matrix::Ones(2, 2);
   const Profile::Vector c = Profile::Vector::Ones(1);
+  Profile profile = made(Matrix::Constant(1, 1, 0.5), c, one);
   EXPECT_EQ(Profile::make(two, c, one, profile), ConfigStatus::wrong_size);
   EXPECT_EQ(Profile::make(one, c, two, profile), ConfigStatus::wrong_size);
   EXPECT_EQ(Profile::make(one, c, Matrix::Ones(1, 2), profile), ConfigStatus::wrong_size);
+  EXPECT_EQ(Profile::make(Matrix(0, 0), Profile::Vector(0), Matrix(0, 1), profile),
+            ConfigStatus::wrong_size);
+  EXPECT_EQ(Profile::make(Matrix::Ones(1, 2), c, one, profile), ConfigStatus::wrong_size);
+  EXPECT_EQ(Profile::make(one, Profile::Vector::Ones(2), one, profile), ConfigStatus::wrong_size);
+  EXPECT_EQ(Profile::make(one, c, Matrix(1, 0), profile), ConfigStatus::wrong_size);
   EXPECT_EQ(Profile::make(Matrix::Constant(1, 1, NAN), c, one, profile), ConfigStatus::not_finite);
+  EXPECT_EQ(Profile::make(one, NAN * c, one, profile), ConfigStatus::not_finite);
+  EXPECT_EQ(Profile::make(one, c, INFINITY * one, profile), ConfigStatus::not_finite);
+  EXPECT_EQ(profile.size(), 1);  // and stays as it was
+  EXPECT_EQ(profile.amplitudes(), 1);
+  EXPECT_NEAR(value(profile, 2.0), std::exp(1.0), 1e-15);
 }
 
 }  // namespace

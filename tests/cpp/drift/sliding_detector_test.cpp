@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "bits.hpp"
+#include "surefix/core/distributions.hpp"
 #include "surefix/drift/any_record.hpp"
 #include "systems.hpp"
 
@@ -152,9 +153,69 @@ TEST(SlidingDetector, AnEmptyWindowAndRefusedSearches) {
   EXPECT_EQ(detector.add(ramp(), {}, 1e-3), ConfigStatus::not_positive);
   EXPECT_EQ(detector.add(ramp(), only(7), 1e-3), ConfigStatus::not_positive);  // no such sensor
   EXPECT_EQ(detector.add(ramp(), only(0), 0.0), ConfigStatus::risk);
+  EXPECT_EQ(detector.add(ramp(), only(0), 1.0), ConfigStatus::risk);
+  auto direction = only(0);
+  direction[5] = std::nan("");
+  EXPECT_EQ(detector.add(ramp(), direction, 1e-3), ConfigStatus::not_finite);
+  EXPECT_EQ(detector.searches(), 0);
   ASSERT_EQ(detector.add(ramp(), only(0), 1e-3), ConfigStatus::ok);
   EXPECT_EQ(detector.add(ramp(), only(1), 1e-3), ConfigStatus::wrong_size);  // no room
   EXPECT_EQ(detector.look(0).finding, Finding::undetectable);
+}
+
+TEST(SlidingDetector, TheTailsAreThoseOfChiSquared) {
+  for (int q = 1; q <= Profile::max_size; ++q)
+    for (const double x : {0.0, 0.3, 2.0, 15.0, 90.0}) {
+      const double truth = chi_squared_tail(x, q);
+      EXPECT_NEAR(ratio_tail(x, q), truth, 1e-14 * truth) << q << " " << x;
+    }
+}
+
+TEST(SlidingDetector, AProfileThatOverflowsInTheWindowIsNotLookedFor) {
+  const SpeedSystem system = speed_system();
+  Filter filter(system, broad(system), 0);
+  Detector detector(system);
+  Profile grown;
+  const Profile::Matrix one = Profile::Matrix::Ones(1, 1);
+  ASSERT_EQ(Profile::make(10.0 * one, Profile::Vector::Ones(1), one, grown), ConfigStatus::ok);
+  ASSERT_EQ(detector.add(grown, only(0), 1e-3), ConfigStatus::ok);
+  desync::StepError error;
+  for (const Time now : {second, 2 * second, 102 * second}) {  // e^{10·100} is no number
+    ASSERT_EQ(filter.push(now, 0, 20.0, 0), Status::ok);
+    ASSERT_EQ(filter.estimate(now, error), Status::ok);
+    detector.take(filter);
+    const SlidingFinding found = detector.look(0);
+    EXPECT_EQ(found.finding == Finding::nothing, now == 2 * second) << now;
+    EXPECT_EQ(found.onsets > 0, now == 2 * second) << now;
+  }
+}
+
+TEST(SlidingDetector, AGapTooLongForTheModelForgetsTheState) {
+  // ẋ = x: over 400 s twice e^{400}, over both at once no number.
+  using Unstable = System<LinearModel<1>>;
+  Unstable system{LinearModel<1>(LinearModel<1>::Matrix(1.0), LinearModel<1>::Matrix(0.0))};
+  ASSERT_EQ(system.add(sensor<Unstable>(Eigen::Matrix<double, 1, 1>(1.0), 2.0)), ConfigStatus::ok);
+  const auto known =
+      system.initial({Unstable::ModelBelief::Vector(0.0), Unstable::ModelBelief::Matrix(0.0)});
+  desync::Filter<Unstable, 8> filter(system, known, 0);
+  SlidingDetector<Unstable, 8> detector(system);
+  ASSERT_EQ(detector.add(Profile::pulse(), {1.0}, 1e-3), ConfigStatus::ok);
+  desync::StepError error;
+  ASSERT_EQ(filter.push(0, 0, 1.0, 0), Status::ok);
+  for (const Time now : {Time{0}, 400 * second, 800 * second}) {
+    if (now == 800 * second) {
+      ASSERT_EQ(filter.push(now, 0, 14.0, 1), Status::ok);
+    }
+    ASSERT_EQ(filter.estimate(now, error), Status::ok);
+    detector.take(filter);
+  }
+  ASSERT_EQ(detector.record().size(), 2u);
+  EXPECT_EQ(detector.record()[1].elapsed, 800.0);
+  EXPECT_EQ(detector.record()[1].transition.F(0, 0), 0.0);
+  const SlidingFinding found = detector.look(0);
+  EXPECT_EQ(found.finding, Finding::fault);
+  EXPECT_EQ(found.onset, 800 * second);
+  EXPECT_NEAR(found.drop, 49.0, 1e-12);  // (14/2)²
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "bits.hpp"
+#include "columns.hpp"
 #include "robust/faults.hpp"
 #include "surefix/desync/filter.hpp"
 
@@ -122,10 +123,80 @@ TEST(RobustFilter, AnswersBadInputAndStaysAsItWas) {
   const double upper = estimate.upper;
   RobustEstimate other;
   EXPECT_EQ(filter.estimate(0, other), Status::time_backwards);
+  EXPECT_EQ(filter.estimate(max_time + 1, other), Status::not_finite);
   EXPECT_EQ(filter.recursion().time(), second);
   ASSERT_EQ(filter.estimate(second, estimate), Status::ok);  // a step of no length changes nothing
   EXPECT_NEAR(estimate.upper, upper, 1e-9);
-  EXPECT_EQ(filter.counters()[Status::not_finite], 2);
+  EXPECT_EQ(filter.counters()[Status::not_finite], 3);
+}
+
+TEST(RobustFilter, RestoreRefusesMoreThanItHasRoomFor) {
+  Speed filter = speed_filter();
+  RobustEstimate estimate;
+  ASSERT_EQ(filter.estimate(second, estimate), Status::ok);
+  const std::vector<Measurement> waiting(65, Measurement{2 * second, 20.0, 0, 0});
+  const MixtureState state = filter.recursion().state();
+  EXPECT_EQ(filter.restore(state, true, 0, Counters(), waiting.data(), waiting.size()),
+            Status::buffer_full);
+  EXPECT_EQ(filter.recursion().time(), second);
+}
+
+/// What a batch of a filter chosen at run time made at `times`, and of its rows.
+struct Batch {
+  Batch(const std::vector<Row>& log, const std::vector<Time>& times) {
+    AnySettings settings;
+    settings.modes.assign(3, modes({outage()}));
+    settings.limits = {{1.0, 0.0}, 1e-7, Sides::both};
+    const AnySystem system = any_speed_system();
+    const auto initial =
+        any_belief(Eigen::Vector2d(20.0, 0.0), 100.0 * Eigen::MatrixXd::Identity(2, 2));
+    ConfigStatus made{};
+    const auto filter = AnyFilter::make(system, initial, settings, std::nullopt, 64, made);
+    EXPECT_EQ(made, ConfigStatus::ok);
+    surefix::test::Columns columns(system, log, 8);
+    double lower[8], upper[8], discarded[8];
+    std::vector<double> probability(8 * 3 * SensorModes::max_modes);
+    std::int32_t hypothesis[8];
+    std::vector<std::int64_t> estimate(log.size());
+    const BatchOutput out{columns.time.data(),
+                          columns.x.data(),
+                          columns.P.data(),
+                          lower,
+                          upper,
+                          probability.data(),
+                          hypothesis,
+                          discarded,
+                          columns.sse.data(),
+                          columns.degrees.data(),
+                          columns.status.data(),
+                          estimate.data(),
+                          nullptr,
+                          nullptr,
+                          nullptr};
+    const PreparedLog prepared = filter->prepare(columns.view(), columns.status.data());
+    start = prepared.start;
+    summary = filter->run(prepared, {times.data(), times.size(), desync::NoiseScope::none}, out);
+    rows = columns.status;
+  }
+
+  Time start = 0;
+  BatchSummary summary;
+  std::vector<Status> rows;
+};
+
+TEST(RobustFilter, ABatchSaysWhatBecameOfRowsAndTimes) {
+  const std::vector<Row> log{{second, 0, 20.0}, {2 * second, 0, 20.0}, {9 * second, 0, 20.0}};
+  Batch found(log, {2 * second, 3 * second});
+  EXPECT_EQ(found.summary.estimates, 2u);
+  EXPECT_EQ(found.start, second);
+  EXPECT_EQ(found.rows, (std::vector<Status>{Status::ok, Status::ok, Status::waiting}));
+  found = Batch(log, {2 * second, max_time + 1});
+  EXPECT_EQ(found.summary.status, Status::not_finite);
+  EXPECT_EQ(found.summary.estimates, 1u);
+  found = Batch({}, {});  // neither rows nor times
+  EXPECT_EQ(found.summary.status, Status::ok);
+  EXPECT_EQ(found.summary.estimates, 0u);
+  EXPECT_EQ(found.start, 0);
 }
 
 TEST(RobustFilter, TakesGrossValuesForOutages) {
