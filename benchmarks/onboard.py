@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build" / "stack"
 MOST_STACK = 64 * 1024
 SAMPLES = ROOT / "examples" / "onboard" / "samples"
-NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes \((\w+)')
+NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes \(([^)]*)\)')
 SORT, LARGEST_SORT = "__introsort_loop", 1 << 14  # hypotheses
 EDGE = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
 
@@ -60,7 +60,7 @@ PROGRAMS = (
             ("filter",), full_step, "E"),
     Program("switching_filter", "2 states, 4 modes, 1 measurement", OWN_STEP, ("filter",),
             sample("switching_filter"), "Z"),
-    Program("drift_detector", "3 measurements, 3 looks into the last 300", OWN_STEP,
+    Program("drift_detector", "15 measurements, 3 looks into the last 300", OWN_STEP,
             ("filter", "detector"), sample("drift_detector"), "E"),
     Program("track_monitor", "10 satellites, hypotheses of 1 and 2", "*TrackRaim::judge(*",
             ("monitor",), sample("track_monitor"), "E"),
@@ -155,7 +155,7 @@ def call_graph(program: str) -> Calls:
             continue
         text = file.read_text(encoding="utf-8")
         for name, size, kind in NODE.findall(text):
-            if kind not in ("static", "dynamic"):
+            if kind not in ("static", "dynamic,bounded"):
                 raise SystemExit(f"{file}: a frame of unbounded size, {name}")
             calls.frame[plain(name)] = max(int(size), calls.frame.get(plain(name), 0))
         for caller, callee in EDGE.findall(text):

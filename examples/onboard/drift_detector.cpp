@@ -6,11 +6,13 @@
 //
 // writes of each sensor: time, sensor, finding, onset [ns], slope [m/s²] and its standard error,
 // and a bound on the probability that this is a false alarm. Of several that contradict each other
-// the one with the smallest bound is wrong.
+// the one with the smallest bound is wrong. At the end, how many measurements were taken
+// and refused.
 #include <surefix/core/integrator_chain.hpp>
 #include <surefix/core/system.hpp>
 #include <surefix/drift/sliding_detector.hpp>
 
+#include "counters.hpp"
 #include "lines.hpp"
 
 namespace {
@@ -50,48 +52,59 @@ constexpr double false_alarm = 1e-6;  // of each search
   return true;
 }
 
-/// What a cycle does: a function of its own, so that its stack and its time can be stated. False if
-/// there is no estimate.
-[[gnu::noinline]] bool step(Filter& filter, Detector& detector, surefix::Time time,
-                            std::array<surefix::drift::SlidingFinding, searches>& found) {
+/// What a cycle does: a function of its own, so that its stack and its time can be stated. Anything
+/// but ok if there is no estimate.
+[[gnu::noinline]] Status step(Filter& filter, Detector& detector, surefix::Time time,
+                              std::array<surefix::drift::SlidingFinding, searches>& found) {
   surefix::desync::StepError error;
-  if (filter.estimate(time, error) != Status::ok) return false;
+  const Status status = filter.estimate(time, error);
+  if (status != Status::ok) return status;
   detector.take(filter);
   for (int search = 0; search < searches; ++search)
     found[static_cast<std::size_t>(search)] = detector.look(search);
-  return true;
+  return status;
 }
 
 }  // namespace
 
 int main() {
   System system(surefix::ConstantAcceleration(0.05));
-  if (!configure(system)) return 1;
+  if (!configure(system)) return refused("sensors");
   System::ModelBelief start;
   start.x << 20.0, 0.0;
   start.P << 100.0, 0.0, 0.0, 1.0;
   static Filter filter(system, system.initial(start), 0);
   static Detector detector(system);
-  if (!add_ramps(detector)) return 1;
+  if (!add_ramps(detector)) return refused("searches");
   // From here on nothing allocates.
   static Lines lines;
   constexpr const char* names[] = {"undetectable", "nothing", "fault"};
   std::array<surefix::drift::SlidingFinding, searches> all;
+  long long bad = 0;
   for (long long row = 0; lines.next(); ++row) {
+    const auto time = lines.whole<surefix::Time>(0);
     if (lines.kind() == 'M') {
-      (void)filter.push(lines.whole(0), static_cast<std::int32_t>(lines.whole(1)), lines.number(2),
-                        row);
-    } else if (lines.kind() == 'E') {
-      if (!step(filter, detector, lines.whole(0), all)) continue;
+      const auto sensor = lines.whole<std::int32_t>(1);
+      const double speed = lines.number(2);
+      if (!lines.bad()) (void)filter.push(time, sensor, speed, row);  // refused ones are counted
+    } else if (lines.kind() == 'E' && !lines.bad()) {
+      const Status status = step(filter, detector, time, all);
+      if (status != Status::ok) {
+        std::printf("%lld,%s\n", static_cast<long long>(time), surefix::name(status));
+        continue;
+      }
       for (int search = 0; search < searches; ++search) {
         const auto& found = all[static_cast<std::size_t>(search)];
-        std::printf("%lld,%d,%s", lines.whole(0), search, names[static_cast<int>(found.finding)]);
+        std::printf("%lld,%d,%s", static_cast<long long>(time), search,
+                    names[static_cast<int>(found.finding)]);
         if (found.finding != surefix::drift::Finding::undetectable)
           std::printf(",%lld,%.4f,%.4f,%.2e", static_cast<long long>(found.onset),
                       found.amplitude(0), found.deviation(0), found.p_bound);
         std::printf("\n");
       }
     }
+    bad += lines.bad() || (lines.kind() != 'M' && lines.kind() != 'E');
   }
+  print(filter.counters(), bad);
   return 0;
 }

@@ -5,11 +5,13 @@
 //   M,stamp [ns],sensor (0 wheel, 1 radar, 2 receiver),speed [m/s]
 //   E,time [ns]         an estimate is wanted
 //
-// writes time, speed, lower and upper limit, and of each sensor the probability that it is healthy.
+// writes time, speed, lower and upper limit, and of each sensor the probability that it is healthy;
+// at the end how many measurements were taken and refused.
 #include <surefix/core/integrator_chain.hpp>
 #include <surefix/core/system.hpp>
 #include <surefix/robust/filter.hpp>
 
+#include "counters.hpp"
 #include "lines.hpp"
 
 namespace {
@@ -37,7 +39,7 @@ constexpr double risk = 1e-11;  // of each estimate
   return system.check() == ConfigStatus::ok;
 }
 
-/// Out for a second, or off by some metres a second for five, once in 200 s each.
+/// Out for a second, or off by 20 m/s (1 σ) and wandering for five, once in 200 s each.
 [[nodiscard]] bool add_modes(surefix::robust::SensorModes& modes) {
   surefix::robust::FaultMode out;
   out.kind = surefix::robust::FaultKind::outage;
@@ -58,15 +60,16 @@ constexpr double risk = 1e-11;  // of each estimate
 int main() {
   System system(surefix::ConstantAcceleration(0.08));  // root density of the jerk [m/s³/√Hz]
   surefix::robust::SensorModes modes;
-  if (!configure(system) || !add_modes(modes)) return 1;
+  if (!configure(system) || !add_modes(modes)) return refused("sensors or modes");
 
   surefix::robust::FilterSetup<Faults> setup{
       Faults(system), {}, {}, {}, {{1.0, 0.0}, risk, surefix::robust::Sides::both}};
   setup.carry.components = 27;
   const std::vector<surefix::robust::SensorModes> all(sensors, modes);
-  if (setup.system.make(all) != ConfigStatus::ok) return 1;
-  if (setup.table.make(all, sensors) != ConfigStatus::ok) return 1;
-  if (setup.prior.make(surefix::robust::ModePrior::Kind::chains, all) != ConfigStatus::ok) return 1;
+  if (setup.system.make(all) != ConfigStatus::ok ||
+      setup.table.make(all, sensors) != ConfigStatus::ok ||
+      setup.prior.make(surefix::robust::ModePrior::Kind::chains, all) != ConfigStatus::ok)
+    return refused("hypotheses");
 
   System::ModelBelief start;  // anything up to 40 m/s
   start.x << 20.0, 0.0;
@@ -75,29 +78,28 @@ int main() {
   // From here on nothing allocates.
   static Lines lines;
   surefix::robust::RobustEstimate estimate;
+  long long bad = 0;
   for (long long row = 0; lines.next(); ++row) {
-    if (lines.kind() == 'M') {  // refused ones are counted
-      (void)filter.push(lines.whole(0), static_cast<std::int32_t>(lines.whole(1)), lines.number(2),
-                        row);
-    } else if (lines.kind() == 'E') {
-      const Status status = filter.estimate(lines.whole(0), estimate);
+    const auto time = lines.whole<surefix::Time>(0);
+    if (lines.kind() == 'M') {
+      const auto sensor = lines.whole<std::int32_t>(1);
+      const double speed = lines.number(2);
+      if (!lines.bad()) (void)filter.push(time, sensor, speed, row);  // refused ones are counted
+    } else if (lines.kind() == 'E' && !lines.bad()) {
+      const Status status = filter.estimate(time, estimate);
       if (status != Status::ok) {
-        std::printf("%lld,%s\n", lines.whole(0), surefix::name(status));
+        std::printf("%lld,%s\n", static_cast<long long>(time), surefix::name(status));
         continue;
       }
-      std::printf("%lld,%.3f,%.3f,%.3f", lines.whole(0), estimate.x[0], estimate.lower,
-                  estimate.upper);
+      std::printf("%lld,%.3f,%.3f,%.3f", static_cast<long long>(time), estimate.x[0],
+                  estimate.lower, estimate.upper);
       for (int s = 0; s < sensors; ++s)
         std::printf(",%.6f",
                     estimate.mode_probability[s * surefix::robust::SensorModes::max_modes]);
       std::printf("\n");
     }
+    bad += lines.bad() || (lines.kind() != 'M' && lines.kind() != 'E');
   }
-  const surefix::Counters& counters = filter.counters();
-  for (int s = 0; s < surefix::status_count; ++s) {
-    const auto status = static_cast<Status>(s);
-    if (counters[status] > 0)
-      std::printf("%s,%lld\n", surefix::name(status), static_cast<long long>(counters[status]));
-  }
+  print(filter.counters(), bad);
   return 0;
 }

@@ -51,13 +51,17 @@ int main() {
   surefix::switching::ModeChain chain;
   surefix::PreparedSystem<Sizes> system;
   static Filter filter;
-  if (!configure(chain) || system.make(oscillation()) != ConfigStatus::ok) return 1;
-  if (filter.make(chain, system.initial()) != ConfigStatus::ok) return 1;
+  if (!configure(chain)) return refused("modes");
+  if (system.make(oscillation()) != ConfigStatus::ok) return refused("the system");
+  if (filter.make(chain, system.initial()) != ConfigStatus::ok) return refused("the filter");
   // From here on nothing allocates.
   static Lines lines;
+  long long bad = 0;
   while (lines.next()) {
-    if (lines.kind() != 'Z') continue;
-    const Status status = step(filter, system, lines.number(0));
+    // Each line is a step in time: one that cannot be read is a measurement that is missing.
+    const double value = lines.number(0);
+    bad += lines.bad() || lines.kind() != 'Z';
+    const Status status = step(filter, system, lines.kind() == 'Z' ? value : std::nan(""));
     const auto& found = filter.estimate();
     if (status == Status::ok)
       std::printf("%.4f,%.4f,%.6f\n", found.x(0), std::sqrt(found.P(0, 0)),
@@ -65,5 +69,6 @@ int main() {
     else
       std::printf("%s\n", surefix::name(status));
   }
+  if (bad > 0) std::printf("bad_line,%lld\n", bad);
   return 0;
 }

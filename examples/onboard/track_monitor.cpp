@@ -33,29 +33,38 @@ int main() {
   static Lines lines;
   std::vector<Point> vertices;
   bool more = lines.next();
-  for (; more && lines.kind() == 'T'; more = lines.next())
+  for (; more && lines.kind() == 'T'; more = lines.next()) {
     vertices.push_back({lines.number(0), lines.number(1), lines.number(2)});
+    if (lines.bad()) return refused("a vertex of the track");
+  }
   MonitorSettings settings;
   settings.length = 50.0;
   Track track;
-  if (settings.check() != ConfigStatus::ok || !make_track(vertices, track)) return 1;
+  if (settings.check() != ConfigStatus::ok) return refused("settings");
+  if (!make_track(vertices, track)) return refused("the track: two vertices or more, all finite");
   static const TrackRaim monitor(track, settings);
   Follower follower(monitor, max_speed, Verdict::none);  // where it begins is not known
   // From here on nothing allocates.
   std::array<Satellite, max_satellites> sky;
   int n = 0;
+  long long bad = 0;
   for (; more; more = lines.next()) {
-    if (lines.kind() == 'S' && n < max_satellites) {
-      sky[static_cast<std::size_t>(n++)] = {{lines.number(0), lines.number(1), lines.number(2)},
-                                            lines.number(3),
-                                            lines.number(4),
-                                            static_cast<int>(lines.whole(5))};
+    if (lines.kind() == 'S') {
+      const Satellite satellite{{lines.number(0), lines.number(1), lines.number(2)},
+                                lines.number(3),
+                                lines.number(4),
+                                lines.whole<int>(5)};
+      // A line that is broken is a satellite that cannot be read: the epoch is judged without it.
+      // One too many is counted, and the monitor says so.
+      if (!lines.bad() && n++ < max_satellites) sky[static_cast<std::size_t>(n - 1)] = satellite;
     } else if (lines.kind() == 'E') {
       const Verdict verdict = follower.judge(lines.number(0), sky.data(), n);
       std::printf("%.1f,%s,%.2f,%.2f,%d,%d\n", lines.number(0), name(verdict.declared),
                   verdict.along, verdict.protection, verdict.used, verdict.excluded);
       n = 0;
     }
+    bad += lines.bad() || (lines.kind() != 'S' && lines.kind() != 'E');
   }
+  if (bad > 0) std::printf("bad_line,%lld\n", bad);
   return 0;
 }

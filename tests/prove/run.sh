@@ -30,7 +30,7 @@ programs() { echo "build/$([[ -n $quick ]] && echo cpp || echo release)"; }
 # Runs a program for as long as is quick, or as is not; its last line is the figure.
 run_program() {
   figure=$("$(programs)/tests/prove/$1" "$([[ -n $quick ]] && echo "$2" || echo "$3")" |
-    tee /dev/stderr | tail -1)
+    tee -a /dev/stderr | tail -1)
 }
 need_programs() { [[ -n $quick ]] || preset release; }
 
@@ -48,7 +48,7 @@ prove_no_heap() {
   need_programs
   local log=$work/no_heap.txt
   "$(programs)/tests/cpp/surefix_no_heap_test" >"$log"
-  figure="$(grep -c '^\[       OK \]' "$log") systems, no allocation in a step"
+  figure="$(grep '^\[       OK \]' "$log" | grep -vc TheCounter) systems, no allocation in a step"
 }
 
 # The replays of tests/golden with every compiler and level of optimisation; one of them for Python
@@ -85,7 +85,11 @@ prove_fuzz() {
       -artifact_prefix="$work/$name-" "$work/$name" >"$log" 2>&1 || { tail -40 "$log"; return 1; }
     runs+="${runs:+, }$(sed -n 's/^stat::number_of_executed_units: *//p' "$log") of ${name#fuzz_}"
   done
-  figure="$minutes minutes each, nothing found: $runs inputs"
+  # The readers of files, through Python.
+  "${pytest[@]}" tests/python/test_fuzz_readers.py --hypothesis-profile=long \
+    >"$work/fuzz_readers.txt" || { tail -40 "$work/fuzz_readers.txt"; return 1; }
+  figure="$minutes minutes each, nothing found: $runs inputs; \
+$(grep -oE '[0-9]+ passed' "$work/fuzz_readers.txt" | cut -d' ' -f1) readers of files with 20000 inputs each"
 }
 
 # A preset with the extension for Python, and its C++ tests.
@@ -117,7 +121,9 @@ prove_sanitizers() {
   all_tests asan-ubsan PYTHONMALLOC=malloc ASAN_OPTIONS=detect_leaks=0 \
     LD_PRELOAD="$(g++ -print-file-name=libasan.so)"
   preset_with_python tsan
-  all_tests tsan PYTHONMALLOC=malloc LD_PRELOAD="$(g++ -print-file-name=libtsan.so)"
+  # Halt: what a worker of pytest says as it ends nobody hears.
+  all_tests tsan PYTHONMALLOC=malloc TSAN_OPTIONS=halt_on_error=1 \
+    LD_PRELOAD="$(g++ -print-file-name=libtsan.so)"
   figure="$(count_tests tsan) under ASan, UBSan and TSan"
 }
 
@@ -134,8 +140,9 @@ prove_coverage() {
     -ignore-filename-regex='^/usr|/\.venv/|/tests/|/bindings/'
   llvm-cov export -format=lcov "$@" >"$work/coverage.lcov"
   llvm-cov export -format=text -skip-functions -skip-expansions "$@" >"$work/coverage.json"
+  rm -f "$work/coverage.txt"
   figure=$("$python" tests/prove/coverage.py "$work/coverage.lcov" "$work/coverage.json" |
-    tee "$work/coverage.txt" /dev/stderr | tail -1)
+    tee -a "$work/coverage.txt" /dev/stderr | tail -1)
 }
 
 # The installed package with each compiler and standard, and every onboard program against it.
@@ -176,6 +183,7 @@ prove_promises() {
 if [[ -n $quick ]]; then all=(numerics same_bits no_heap soak); else
   all=(numerics same_bits no_heap soak sanitizers coverage package onboard fuzz promises)
 fi
+kind=${quick:+quick.}figure # `promises` reads the long proofs' alone
 proofs=("${@:-${all[@]}}")
 mkdir -p "$work"
 for proof in "${proofs[@]}"; do
@@ -184,11 +192,11 @@ done
 failed=0
 for proof in "${proofs[@]}"; do
   begin=$SECONDS
-  rm -f "$work/$proof.figure"
+  rm -f "$work/$proof.$kind" "$work/$proof.log"
   # In a shell of its own that stops at the first failure, which an `if` around it would hide.
-  (set -e; figure=; "prove_$proof"; echo "$figure" >"$work/$proof.figure") >"$work/$proof.log" 2>&1 &
+  (set -e; figure=; "prove_$proof"; echo "$figure" >"$work/$proof.$kind") >>"$work/$proof.log" 2>&1 &
   if wait $!; then
-    printf '%-11s ok %6d s  %s\n' "$proof" $((SECONDS - begin)) "$(cat "$work/$proof.figure")"
+    printf '%-11s ok %6d s  %s\n' "$proof" $((SECONDS - begin)) "$(cat "$work/$proof.$kind")"
   else
     failed=1
     printf '%-11s FAILED       see %s\n' "$proof" "$work/$proof.log"

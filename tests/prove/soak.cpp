@@ -131,9 +131,10 @@ void mixture(long steps) {
       robust::test::speed_setup(robust::Carry::Kind::merge, 9), broad(system), 0);
   Filter& filter = *made;
   Journey journey(2);
+  long pushed = 0;
   for (long step = 1; step <= steps; ++step) {
     const Time now = second + step * period;
-    journey.period(
+    pushed += journey.period(
         now, [&](Time stamp, int s, double value) { (void)filter.push(stamp, s, value, step); });
     if (step % 10 != 0) continue;
     robust::RobustEstimate e;
@@ -144,6 +145,7 @@ void mixture(long steps) {
                e.lower <= e.upper,
            "the robust filter", step);
   }
+  expect(total(filter.counters()) == pushed, "a message was not counted", steps);
 }
 
 void switched(long steps) {

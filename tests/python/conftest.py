@@ -1,7 +1,7 @@
 """What all tests share: one thread, Hypothesis profiles, and where the recordings are.
 
 Profiles: ``dev`` (default), ``ci`` (the same examples every time; chosen where the environment
-variable CI is set), ``thorough`` (``pytest --hypothesis-profile=thorough``).
+variable CI is set), ``thorough`` (``pytest --hypothesis-profile=thorough``), ``long`` (`./dev prove fuzz`).
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ _unhurried = {
 settings.register_profile("dev", max_examples=20, **_unhurried)  # type: ignore[arg-type]
 settings.register_profile("ci", settings.get_profile("dev"), derandomize=True)
 settings.register_profile("thorough", settings.get_profile("dev"), max_examples=1000)
+settings.register_profile("long", settings.get_profile("dev"), max_examples=20_000)
 settings.load_profile("ci" if os.environ.get("CI") else "dev")
 
 

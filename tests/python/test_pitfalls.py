@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import subprocess
 import sys
 
@@ -235,7 +236,7 @@ def test_replay_is_not_reproducible() -> None:
             capture_output=True,
             text=True,
             check=True,
-            env={"OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads},
+            env={**os.environ, "OMP_NUM_THREADS": threads, "OPENBLAS_NUM_THREADS": threads},
         ).stdout
         for threads in ("1", "2")
     }

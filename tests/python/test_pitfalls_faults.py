@@ -5,6 +5,7 @@ modes that switch, satellites and drifts. ``test_pitfalls`` has those of the lin
 from __future__ import annotations
 
 import hashlib
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -486,7 +487,7 @@ def test_replay_is_not_reproducible() -> None:
         subprocess.run(
             [sys.executable, "-c", code.format(n) + f"print(t.digest({n}), t.digest({n}))"],
             capture_output=True, text=True, check=True, cwd=Path(__file__).parent,
-            env={"OMP_NUM_THREADS": str(n), "OPENBLAS_NUM_THREADS": str(n)},
+            env={**os.environ, "OMP_NUM_THREADS": str(n), "OPENBLAS_NUM_THREADS": str(n)},
         ).stdout.split()
         for n in (1, 3)
     ]  # fmt: skip

@@ -69,6 +69,17 @@ TEST(CompositeStep, WithoutObservationsOnlyPredicts) {
   expect_both_ways(random_step(random, 3, 2, {}));
 }
 
+TEST(CompositeStep, RefusesACovarianceThatOverflowsWhereTheMeanDoesNot) {
+  Random random(66);
+  StepCase c = random_step(random, 2, 0, {});
+  c.x.setZero();
+  c.legs[0].F = 1e200 * MatrixXd::Identity(2, 2);
+  const CompositeStep step(c.legs, c.observations);
+  StepUpdate out;
+  EXPECT_EQ(step.composite(c.x, c.P, c.z, c.u, out), Status::numerical);
+  EXPECT_EQ(step.sequential(c.x, c.P, c.z, c.u, out), Status::numerical);
+}
+
 TEST(CompositeStep, TakesAFullUpsilon) {
   Random random(64);
   for (int i = 0; i < 20; ++i) {
@@ -133,6 +144,9 @@ TEST(CompositeStep, RefusesCovariancesThatAreNone) {
   EXPECT_EQ(answer(bad), Status::numerical);
   bad = good;
   bad.legs[1].Q(1, 1) = -1.0;
+  EXPECT_EQ(answer(bad), Status::numerical);
+  bad = good;
+  bad.P << 1.0, 2.0, 2.0, 1.0;  // a correlation of 2
   EXPECT_EQ(answer(bad), Status::numerical);
   bad = good;
   bad.P << 0.0, 1.0, 1.0, 1.0;  // a variance of zero with a covariance

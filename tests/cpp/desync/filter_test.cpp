@@ -418,6 +418,17 @@ TEST(Filter, AMeasurementThatOverflowsIsCountedAndNotUsed) {
   EXPECT_TRUE(same_state(filter, expected));
 }
 
+TEST(Filter, APredictionThatOverflowsIsRefusedAndItsMeasurementsCounted) {
+  Filter<SpeedSystem, 64> filter(speed_system(), broad(speed_system(), 20.0, 1e300), 0);
+  const Time far = 1'000'000 * second;  // 1e300 · 1e12
+  StepError error;
+  EXPECT_EQ(filter.estimate(far, error), Status::numerical);
+  ASSERT_EQ(filter.push(far, 0, 20.0, 0), Status::ok);
+  EXPECT_EQ(filter.estimate(far, error), Status::numerical);
+  EXPECT_EQ(filter.state().time, 0);
+  EXPECT_EQ(filter.state().belief.P(0, 0), 1e300);
+}
+
 TEST(Filter, AYearsGapIsAnsweredWithAFiniteBelief) {
   SpeedFilter filter = under_way(speed_filter());
   ASSERT_EQ(filter.push(year, 0, 30.0, 4), Status::ok);

@@ -141,6 +141,36 @@ TEST(RobustFilter, RestoreRefusesMoreThanItHasRoomFor) {
   EXPECT_EQ(filter.recursion().time(), second);
 }
 
+/// A variance of 1e300 for the acceleration overflows within eleven days.
+template <class F>
+void expect_refused(F& filter) {
+  const Time far = 1'000'000 * second;
+  ASSERT_EQ(filter.push(far, 0, 20.0, 0), Status::ok);
+  RobustEstimate estimate;
+  EXPECT_EQ(filter.estimate(far, estimate), Status::numerical);
+  EXPECT_EQ(filter.recursion().time(), 0);
+  EXPECT_EQ(filter.recursion().state().components.count(), 1u);
+  EXPECT_EQ(filter.recursion().state().components.P(0)[0], 1e300);
+}
+
+TEST(RobustFilter, RefusesAPredictionThatOverflows) {
+  Speed filter(speed_setup(), broad(speed_system(), 20.0, 1e300), 0);
+  expect_refused(filter);
+}
+
+TEST(RobustFilter, RefusesItWithHypothesesPerMeasurementToo) {
+  using System = FaultSystem<SpeedSystem, 0>;
+  const std::vector<SensorModes> healthy(3);
+  FilterSetup<System> setup{System(speed_system()), {}, {}, {}, {{1.0, 0.0}, 1e-11, Sides::both}};
+  setup.per_measurement.capacity = 16;
+  setup.per_measurement.prior.assign(3, {std::log(0.99), std::log(0.01 / 100.0)});
+  ASSERT_EQ(setup.system.make(healthy), ConfigStatus::ok);
+  ASSERT_EQ(setup.table.make(healthy, 0), ConfigStatus::ok);
+  ASSERT_EQ(setup.prior.make(ModePrior::Kind::constant, healthy), ConfigStatus::ok);
+  Filter<System, 64> filter(setup, broad(speed_system(), 20.0, 1e300), 0);
+  expect_refused(filter);
+}
+
 /// What a batch of a filter chosen at run time made at `times`, and of its rows.
 struct Batch {
   Batch(const std::vector<Row>& log, const std::vector<Time>& times) {

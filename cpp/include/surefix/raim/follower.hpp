@@ -23,11 +23,12 @@ class Follower {
     if (!std::isnan(near)) low_ = near - off_, high_ = near + off_;
   }
 
-  /// Judges the epoch at `time` [s], no earlier than the one before.
+  /// Judges the epoch at `time` [s], no earlier than the one before. Where that is no number, the
+  /// epoch counts as at the time of the one before, and the next knows how long ago that was.
   [[nodiscard]] Verdict judge(double time, const Satellite* satellites, int n) noexcept {
-    const double elapsed = std::isnan(time_) ? 0.0 : std::max(time - time_, 0.0);
+    const double elapsed = std::isfinite(time) && !std::isnan(time_) ? time - time_ : 0.0;
     const double gone = elapsed > 0.0 ? max_speed_ * elapsed : 0.0;
-    time_ = time;
+    if (std::isfinite(time)) time_ = time;
     low_ -= gone;
     high_ += gone;
     const Verdict verdict = monitor_->judge(satellites, n, {place_, low_ - off_, high_ + off_});
