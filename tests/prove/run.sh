@@ -114,16 +114,19 @@ count_tests() {
     "$(grep -oE '[0-9]+ passed' "$work/pytest-$1.txt" | cut -d' ' -f1) of pytest"
 }
 
+# With the C++ library: a sanitizer that comes before it does not find how to throw.
+preloaded() { echo "$(g++ -print-file-name="$1") $(g++ -print-file-name=libstdc++.so)"; }
+
 # Python's own leaks are not ours: leaks are looked for in the C++ suite. PYTHONMALLOC: each array is
 # a block of its own, which the sanitizers see.
 prove_sanitizers() {
   preset_with_python asan-ubsan
   all_tests asan-ubsan PYTHONMALLOC=malloc ASAN_OPTIONS=detect_leaks=0 \
-    LD_PRELOAD="$(g++ -print-file-name=libasan.so)"
+    LD_PRELOAD="$(preloaded libasan.so)"
   preset_with_python tsan
   # Halt: what a worker of pytest says as it ends nobody hears.
   all_tests tsan PYTHONMALLOC=malloc TSAN_OPTIONS=halt_on_error=1 \
-    LD_PRELOAD="$(g++ -print-file-name=libtsan.so)"
+    LD_PRELOAD="$(preloaded libtsan.so)"
   figure="$(count_tests tsan) under ASan, UBSan and TSan"
 }
 

@@ -28,7 +28,6 @@ void several(const Profile::Matrix& gram, const Profile::Matrix& known,
   Square G = padded<Q>(gram), K = padded<Q>(known);
   // In units in which every amplitude is known equally well, so that units do not matter.
   const Eigen::Matrix<double, Q, 1> scale = K.diagonal().cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return;
   G = scale.asDiagonal() * G * scale.asDiagonal();
   K = scale.asDiagonal() * K * scale.asDiagonal();
   const Eigen::LLT<Square> factor(K);

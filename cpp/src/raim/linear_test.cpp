@@ -41,7 +41,7 @@ ConfigStatus LinearTest::make(const Eigen::MatrixXd& H, const Eigen::MatrixXd& M
 
   const Eigen::MatrixXd white = triangle.solve(H);
   Eigen::Index q = 0;
-  const Eigen::MatrixXd Q = orthonormal(scaled(white, white.colwise().norm()), q);
+  const Eigen::MatrixXd Q = orthonormal(scaled(white, white.colwise().stableNorm()), q);
   test.W_ = Q.rightCols(n - q).transpose();
   test.parity_ = test.W_ * test.whitening_;
 
@@ -50,11 +50,12 @@ ConfigStatus LinearTest::make(const Eigen::MatrixXd& H, const Eigen::MatrixXd& M
   } else {
     const Eigen::MatrixXd faults = triangle.solve(M);
     Eigen::Index r = 0;
-    const Eigen::MatrixXd seen = scaled(test.W_ * faults, faults.colwise().norm());
+    const Eigen::MatrixXd seen = scaled(test.W_ * faults, faults.colwise().stableNorm());
     const Eigen::MatrixXd basis = orthonormal(seen, r);
     test.projection_ = basis.leftCols(r).transpose() * test.parity_;
   }
-  if (!test.projection_.allFinite()) return ConfigStatus::not_finite;
+  if (!test.whitening_.allFinite() || !test.parity_.allFinite() || !test.projection_.allFinite())
+    return ConfigStatus::not_finite;
   out = std::move(test);
   return ConfigStatus::ok;
 }

@@ -26,10 +26,10 @@ struct Spline {
   // (R + stiffness Qᵀ W⁻¹ Q) γ = Qᵀ y for the bends γ at the inner knots. Column j of Q holds
   // 1/h_j, −1/h_j − 1/h_{j+1}, 1/h_{j+1} in rows j … j + 2. The matrix has five diagonals, of
   // which d0, d1, d2 are kept.
-  const auto q = [&](Eigen::Index row, Eigen::Index j) {
+  const auto q = [&](Eigen::Index row, Eigen::Index j) {  // of those
     if (row == j) return 1.0 / h(j);
     if (row == j + 1) return -1.0 / h(j) - 1.0 / h(j + 1);
-    return row == j + 2 ? 1.0 / h(j + 1) : 0.0;
+    return 1.0 / h(j + 1);
   };
   const auto penalty = [&](Eigen::Index i, Eigen::Index j) {  // (Qᵀ W⁻¹ Q)_ij, i ≤ j
     double sum = 0.0;

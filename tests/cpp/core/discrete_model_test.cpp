@@ -103,5 +103,12 @@ TEST(DiscreteModel, OverAYearIsNumericalIfUnstable) {
   EXPECT_EQ(Model(F, F, 100 * millisecond).transition(year, out), Status::numerical);
 }
 
+TEST(DiscreteModel, IsNumericalWhereTheNoiseAloneOverflows) {
+  const Eigen::Matrix3d F = Eigen::Matrix3d::Identity(), Q = 1e308 * F;
+  Model::Transition out;
+  EXPECT_EQ(Model(F, Q, second).transition(second, out), Status::ok);
+  EXPECT_EQ(Model(F, Q, second).transition(2 * second, out), Status::numerical);
+}
+
 }  // namespace
 }  // namespace surefix

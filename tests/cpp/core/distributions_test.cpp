@@ -59,6 +59,22 @@ TEST(Distributions, OutsideTheirDomainAreNotANumber) {
   EXPECT_TRUE(std::isnan(chi_squared_tail(-1.0, 3)));
   EXPECT_TRUE(std::isnan(chi_squared_tail(1.0, -3)));
   EXPECT_TRUE(std::isnan(chi_squared_threshold(1.5, 3)));
+  for (const double noncentrality : {2.0, 2e6}) {  // Boost's series, and far out
+    EXPECT_TRUE(std::isnan(noncentral_chi_squared_tail(-1.0, 3, noncentrality)));
+    EXPECT_TRUE(std::isnan(noncentral_chi_squared_cdf(-1.0, 3, noncentrality)));
+    EXPECT_TRUE(std::isnan(noncentral_chi_squared_tail(1.0, -3, noncentrality)));
+    EXPECT_TRUE(std::isnan(noncentral_chi_squared_tail(0.0, -3, noncentrality)));
+  }
+  EXPECT_TRUE(std::isnan(noncentral_chi_squared_tail(0.0, 3, -2.0)));
+  EXPECT_TRUE(std::isnan(noncentrality_for(0.0, 1.0, 3)));
+  EXPECT_TRUE(std::isnan(noncentrality_for(1.0, 1.0, 3)));
+}
+
+TEST(Distributions, NoncentralChiSquaredWhereItsSeriesAreNotSummed) {
+  EXPECT_EQ(noncentral_chi_squared_tail(0.0, 3, 2.0), 1.0);
+  EXPECT_EQ(noncentral_chi_squared_density(0.0, 5, 3.0), 0.0);
+  EXPECT_NEAR(noncentral_chi_squared_density(2e6, 2, 2e6) / 1.4104740470240371e-4, 1.0, 1e-8);
+  EXPECT_EQ(noncentral_chi_squared_density(1e5, 2, 2e6), 0.0);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 
+#include "singular_noise.hpp"
+
 namespace surefix {
 namespace {
 
@@ -63,6 +65,31 @@ TEST(Observation, RefusesNoiseThatIsNone) {
   EXPECT_EQ(observation.make(of.H, of.R), ConfigStatus::not_semidefinite);
   of.R(0, 1) = HUGE_VAL;
   EXPECT_EQ(observation.make(of.H, of.R), ConfigStatus::not_finite);
+  Rows infinite;
+  infinite.H(2, 1) = HUGE_VAL;
+  EXPECT_EQ(observation.make(infinite.H, infinite.R), ConfigStatus::not_finite);
+}
+
+TEST(Observation, RefusesNoiseOfAnotherSize) {
+  const Rows of;
+  Observation<AnyLinearSizes> observation;
+  EXPECT_EQ(observation.make(of.H, of.R), ConfigStatus::ok);
+  EXPECT_EQ(observation.make(of.H, of.R.topRows(2)), ConfigStatus::wrong_size);
+  EXPECT_EQ(observation.make(of.H, of.R.leftCols(2)), ConfigStatus::wrong_size);
+  EXPECT_EQ(observation.size(), 3);
+  EXPECT_EQ(observation.variance(0), 2.0);
+}
+
+TEST(Observation, SaysIfAPartOfItsNoiseHasNoDigits) {
+  const Rows of;
+  Observation<S> all;
+  ASSERT_EQ(all.make(of.H, test::singular_in_part()), ConfigStatus::ok);
+  Observation<Reduced<S>> present;
+  MeasuredOf<Reduced<S>> values;
+  const double nan = std::nan("");
+  EXPECT_FALSE(present.reduce(all, MeasuredOf<S>(nan, 1.0, 2.0), values));
+  EXPECT_TRUE(present.reduce(all, MeasuredOf<S>(1.0, nan, 2.0), values));
+  EXPECT_EQ(values(1), 2.0);
 }
 
 }  // namespace

@@ -209,13 +209,15 @@ TEST(System, IsTheSpeedSystemOnlyIfAllReadThePlainSpeed) {
   };
   AnySystem system = any_speed_system();
   EXPECT_TRUE(is_speed(system));
-  AnySystem with_bias = system, of_acceleration = system, doubled = system;
+  AnySystem with_bias = system, of_acceleration = system, doubled = system, mixed = system;
   ASSERT_EQ(with_bias.add(sensor<AnySystem>(reads_speed, 1.0, 0, {}, {0.1})), ConfigStatus::ok);
   ASSERT_EQ(of_acceleration.add(sensor<AnySystem>(Speed{0.0, 1.0}, 1.0)), ConfigStatus::ok);
   ASSERT_EQ(doubled.add(sensor<AnySystem>(Speed{2.0, 0.0}, 1.0)), ConfigStatus::ok);
+  ASSERT_EQ(mixed.add(sensor<AnySystem>(Speed{1.0, 0.5}, 1.0)), ConfigStatus::ok);
   EXPECT_FALSE(is_speed(with_bias));
   EXPECT_FALSE(is_speed(of_acceleration));
   EXPECT_FALSE(is_speed(doubled));
+  EXPECT_FALSE(is_speed(mixed));
   EXPECT_FALSE(is_speed(AnySystem{AnyModel(ConstantVelocityWithPosition(0.1))}));
 }
 

@@ -262,7 +262,7 @@ TEST(Detectability, WhatHasAShareHasAnInverse) {
     if (found.undetectable()) continue;
     ++seen;
     EXPECT_TRUE(found.inverse.allFinite()) << i;
-    EXPECT_GT(found.inverse.diagonal().minCoeff(), 0.0) << i;
+    EXPECT_GT(found.inverse.diagonal().minCoeff(), 1e12) << i;  // 1/rounding
   }
   EXPECT_GT(seen, 0);
 }
@@ -272,8 +272,8 @@ TEST(OnsetSweep, AFaultBeginsWhereItIsSeen) {
   const Eigen::Vector2d k(0.5, 0.25), h(1.0, 0.0);
   const Innovation<Gaussian<2>> innovation{1.0, 2.0, 0.5, k};
   for (const int i : {0, 1, 2})
-    record.add(innovation, DenseRow<Eigen::Vector2d>{h}, 1.0,
-               Eigen::Matrix2d(1.0 * k * h.transpose()), i == 2 ? 0.0 : 0.1, i, 0);
+    record.add(innovation, DenseRow<Eigen::Vector2d>{h}, 1.0, Eigen::Matrix2d::Identity(),
+               i == 2 ? 0.0 : 0.1, i, 0);
   const double first[] = {1.0, 0.0, 0.0}, last[] = {0.0, 0.0, 1.0}, both[] = {0.0, 1.0, 1.0};
   EXPECT_TRUE(can_begin(record, first, 0));
   EXPECT_FALSE(can_begin(record, first, 1));

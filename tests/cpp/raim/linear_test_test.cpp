@@ -89,5 +89,105 @@ TEST(ChiSquaredTest, BoundsItsPower) {
   }
 }
 
+TEST(LinearTest, StaysAsItWasWhereItIsRefused) {
+  Random random(3);
+  const Eigen::MatrixXd H = random_matrix(5, 2, random), M = random_matrix(5, 1, random);
+  const Eigen::MatrixXd L = Eigen::MatrixXd::Identity(5, 5), none(5, 0);
+  LinearTest test;
+  ASSERT_EQ(LinearTest::make(H, none, L, test), ConfigStatus::ok);
+  const auto made = [&](const Eigen::MatrixXd& h, const Eigen::MatrixXd& m,
+                        const Eigen::MatrixXd& l) { return LinearTest::make(h, m, l, test); };
+  EXPECT_EQ(made(Eigen::MatrixXd(0, 2), none, Eigen::MatrixXd(0, 0)), ConfigStatus::wrong_size);
+  EXPECT_EQ(made(H, none, Eigen::MatrixXd::Identity(5, 4)), ConfigStatus::wrong_size);
+  EXPECT_EQ(made(H.topRows(4), none, L), ConfigStatus::wrong_size);
+  EXPECT_EQ(made(H, M.topRows(4), L), ConfigStatus::wrong_size);
+  Eigen::MatrixXd bad_H = H, bad_M = M, bad_L = L;
+  bad_H(4, 1) = std::nan("");
+  bad_M(0, 0) = std::numeric_limits<double>::infinity();
+  bad_L(3, 2) = std::nan("");
+  EXPECT_EQ(made(bad_H, M, L), ConfigStatus::not_finite);
+  EXPECT_EQ(made(H, bad_M, L), ConfigStatus::not_finite);
+  EXPECT_EQ(made(H, M, bad_L), ConfigStatus::not_finite);
+  EXPECT_EQ(made(H, none, 1e-320 * L), ConfigStatus::not_finite);  // 1/L overflows
+  EXPECT_EQ(test.size(), 5);
+  EXPECT_EQ(test.rank(), 2);
+  EXPECT_EQ(test.degrees(), 3);
+  EXPECT_EQ(test.whitening(), L);
+}
+
+TEST(AffineFit, MinimaxInTwoDimensions) {
+  // Symmetric in both, so that ties abound: the best fit to x² + y² on [−1, 1]² is 1, to xy it is
+  // 0, both with an error of 1 in five and in four places.
+  constexpr int side = 21;
+  Eigen::MatrixXd X(side * side, 2), values(side * side, 3);
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) {
+      const double x = 0.1 * (i - 10), y = 0.1 * (j - 10);
+      X.row(i * side + j) << x, y;
+      values.row(i * side + j) << x * x + y * y, x * y, 3.0 - x + 2.0 * y;
+    }
+  const AffineFit best = fit_minimax(X, values), plain = fit_least_squares(X, values);
+  EXPECT_NEAR(best.rho(0), 1.0, 1e-9);
+  EXPECT_NEAR(best.B(0), 1.0, 1e-9);
+  EXPECT_GT(plain.rho(0), 1.2);
+  EXPECT_NEAR(best.rho(1), 1.0, 1e-9);
+  EXPECT_LT(best.rho(2), 1e-13);
+  EXPECT_NEAR(best.A(2, 1), 2.0, 1e-13);
+  for (int c = 0; c < 3; ++c) {
+    const Eigen::VectorXd left = values.col(c) - X * best.A.row(c).transpose() -
+                                 Eigen::VectorXd::Constant(side * side, best.B(c));
+    EXPECT_NEAR(left.cwiseAbs().maxCoeff(), best.rho(c), 1e-12) << c;
+  }
+}
+
+TEST(AffineFit, SamplesOnALineAndValuesThatAreNone) {
+  // The second coordinate never moves: the samples span no plane, and a fit is one all the same.
+  Eigen::MatrixXd X(41, 2), values(41, 2);
+  for (int i = 0; i < 41; ++i) {
+    X.row(i) << 0.05 * (i - 20), 7.0;
+    values.row(i) << X(i, 0) * X(i, 0), i == 3 ? std::nan("") : 1.0;
+  }
+  const AffineFit best = fit_minimax(X, values), plain = fit_least_squares(X, values);
+  EXPECT_LE(best.rho(0), plain.rho(0));
+  EXPECT_GE(best.rho(0), 0.5 - 1e-12);
+  EXPECT_FALSE(best.rho(1) >= 0.0);
+}
+
+TEST(AffineFit, WhereTheExchangeDoesNotEndItIsNoWorse) {
+  // Coordinates that differ by rounding only: samples are exchanged for ever, were there no bound.
+  Random random(4);
+  for (int round = 0; round < 10; ++round) {
+    const Eigen::MatrixXd noise = random_matrix(40, 1, random);
+    Eigen::MatrixXd X(40, 2);
+    X.col(0) = random_matrix(40, 1, random);
+    X.col(1) = X.col(0) + 1e-13 * noise;
+    const Eigen::MatrixXd values = random_matrix(40, 3, random);
+    const AffineFit best = fit_minimax(X, values), plain = fit_least_squares(X, values);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_GT(best.rho(c), 0.0);
+      EXPECT_LE(best.rho(c), plain.rho(c) * (1.0 + 1e-12)) << round;
+    }
+  }
+}
+
+TEST(LinearTest, TakesAnyUnitOfTheMeasurementsOrRefusesIt) {
+  Random random(23);
+  const Eigen::MatrixXd H = random_matrix(5, 2, random), M = random_matrix(5, 1, random);
+  Eigen::VectorXd y(5);
+  for (int i = 0; i < 5; ++i) y(i) = random.normal();
+  const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(5, 5);
+  LinearTest usual, test;
+  ASSERT_EQ(LinearTest::make(H, M, I, usual), ConfigStatus::ok);
+  for (const double unit : {1e-200, 1e200}) {  // whose squares are no numbers
+    ASSERT_EQ(LinearTest::make(H, M, unit * I, test), ConfigStatus::ok) << unit;
+    EXPECT_EQ(test.rank(), usual.rank());
+    EXPECT_EQ(test.degrees(), usual.degrees());
+    const Eigen::VectorXd same = unit * y;
+    EXPECT_NEAR(test.statistic(same.data()) / usual.statistic(y.data()), 1.0, 1e-12) << unit;
+  }
+  EXPECT_EQ(LinearTest::make(H, M, 1e-320 * I, test), ConfigStatus::not_finite);  // 1/1e-320
+  EXPECT_EQ(test.degrees(), usual.degrees());
+}
+
 }  // namespace
 }  // namespace surefix::raim

@@ -155,5 +155,37 @@ TEST(Sight, GradientIsThatOfTheRange) {
   }
 }
 
+TEST(Search, FindsThePlaceThatTheFirstIterationDoesNotReach) {
+  const Track track = testing::arc();
+  const MonitorSettings settings;
+  const MonitorTables tables(settings);
+  Random random(12);
+  const auto satellites = epoch(track, 200.0, 9, 2, random, 0.3);
+  Selection all;
+  for (int i = 0; i < 9; ++i) all.index[static_cast<std::size_t>(all.size++)] = i;
+  Whereabouts where;
+  where.near = -200.0;
+  where.step = 1.0;  // 50 of them
+  const Fix short_of_it = find_fix(track, satellites.data(), all, settings, where);
+  EXPECT_EQ(short_of_it.status, Solvable::diverged);
+  const Search found = search(track, satellites.data(), all, settings, tables, where);
+  ASSERT_EQ(found.fix.status, Solvable::ok);
+  EXPECT_NEAR(found.fix.along, 200.0, 5.0 * found.fix.geometry.sigma());
+  EXPECT_EQ(found.rival, 0.0);
+}
+
+TEST(FindFix, NumbersThatAreNoneDiverge) {
+  const Track track = testing::arc();
+  Random random(13);
+  Selection all;
+  for (int i = 0; i < 9; ++i) all.index[static_cast<std::size_t>(all.size++)] = i;
+  for (const double bad : {std::nan(""), 1e200}) {  // whose square overflows
+    auto satellites = epoch(track, 50.0, 9, 2, random);
+    satellites[3].pseudorange = bad;
+    const Fix fix = find_fix(track, satellites.data(), all, {}, {0.0});
+    EXPECT_EQ(fix.status, Solvable::diverged) << bad;
+  }
+}
+
 }  // namespace
 }  // namespace surefix::raim

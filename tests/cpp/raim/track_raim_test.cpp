@@ -160,9 +160,10 @@ TEST(TrackRaim, SaysWhyThereIsNoAnswer) {
   bad[2].position[1] = -infinity;
   bad[3].system = max_systems;
   bad[4].sigma = 0.0;
+  bad[5].system = -1;
   const Verdict rest = monitor.judge(bad.data(), 10, anywhere);
   EXPECT_EQ(rest.status, Solvable::ok);
-  EXPECT_EQ(rest.used, 5);
+  EXPECT_EQ(rest.used, 4);
   EXPECT_TRUE(std::isnan(rest.residual[0]));
 
   std::vector<Satellite> many(max_satellites + 1, satellites[0]);
@@ -234,12 +235,116 @@ TEST(TrackRaim, RefusesSettingsThatPromiseNothing) {
   };
   EXPECT_EQ(refused([](MonitorSettings&) {}), ConfigStatus::ok);
   EXPECT_EQ(refused([](MonitorSettings& s) { s.length = 0.0; }), ConfigStatus::not_positive);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.interval = 0.0; }), ConfigStatus::not_positive);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.length = std::nan(""); }), ConfigStatus::not_finite);
   EXPECT_EQ(refused([](MonitorSettings& s) { s.interval = std::nan(""); }),
             ConfigStatus::not_finite);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.rotation = std::nan(""); }),
+            ConfigStatus::not_finite);
   EXPECT_EQ(refused([](MonitorSettings& s) { s.false_alarm = 0.0; }), ConfigStatus::prior);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.missed = 1.0; }), ConfigStatus::prior);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.fault_probability = std::nan(""); }),
+            ConfigStatus::prior);
   EXPECT_EQ(refused([](MonitorSettings& s) { s.risk = 1.0; }), ConfigStatus::risk);
   EXPECT_EQ(refused([](MonitorSettings& s) { s.max_faults = 3; }), ConfigStatus::wrong_size);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.max_faults = -1; }), ConfigStatus::wrong_size);
+  EXPECT_EQ(refused([](MonitorSettings& s) { s.max_excluded = -1; }), ConfigStatus::wrong_size);
   EXPECT_EQ(refused([](MonitorSettings& s) { s.max_excluded = 5; }), ConfigStatus::wrong_size);
+}
+
+TEST(TrackRaim, KBesideTheTrackHoldsNothing) {
+  const Track track = arc();
+  Random random(9);
+  const TrackRaim monitor(track, {});
+  const auto satellites = epoch(track, 0.0, 10, 1, random);
+  Whereabouts where;
+  where.low = 1000.0;
+  where.high = 2000.0;
+  const Verdict verdict = monitor.judge(satellites.data(), 10, where);
+  EXPECT_EQ(verdict.status, Solvable::off_track);
+  EXPECT_EQ(verdict.declared, Declared::not_available);
+  EXPECT_FALSE(verdict.alarm);  // nothing was looked for
+  EXPECT_TRUE(std::isnan(verdict.along));
+}
+
+TEST(TrackRaim, AFaultThatNoResidualShowsHasNoProtection) {
+  // All but one in one direction: that one alone gives the position.
+  const Track track = arc();
+  Random random(10);
+  auto satellites = epoch(track, 20.0, 8, 1, random);
+  for (std::size_t i = 1; i < 8; ++i) {
+    satellites[i].position = satellites[1].position;
+    satellites[i].pseudorange = satellites[1].pseudorange + 0.5 * random.normal();
+  }
+  const TrackRaim monitor(track, {});
+  const Verdict verdict = monitor.judge(satellites.data(), 8, {0.0});
+  ASSERT_EQ(verdict.status, Solvable::ok);
+  EXPECT_EQ(verdict.declared, Declared::ok);
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(verdict.protection, infinity);
+  EXPECT_EQ(verdict.snapshot_protection, infinity);
+  EXPECT_LT(verdict.critical_bias[0], infinity);
+  EXPECT_NEAR(verdict.missed[0], 1.0 - 1e-5, 1e-9);  // seen by chance only
+  EXPECT_FALSE(verdict.available);
+}
+
+TEST(Follower, AJumpPastTheIntervalBeginsANewOne) {
+  Eigen::MatrixXd ends(2, 3);
+  ends << -3000.0, 0.0, 0.0, 3000.0, 0.0, 0.0;
+  Track track;
+  ASSERT_EQ(Track::make(ends, 0.0, -3000.0, track), ConfigStatus::ok);
+  const TrackRaim monitor(track, {});
+  for (const double sign : {-1.0, 1.0}) {
+    Random random(11);
+    Follower follower(monitor, 0.0, anywhere.near);
+    const auto at = [&](double time, double l, double worse) {
+      auto satellites = epoch(track, l, 10, 1, random, 0.0);
+      for (Satellite& s : satellites) s.sigma *= worse;
+      return follower.judge(time, satellites.data(), 10);
+    };
+    const Verdict coarse = at(0.0, 0.0, 20.0);
+    ASSERT_EQ(coarse.declared, Declared::ok);
+    ASSERT_GT(coarse.protection, 500.0);
+    ASSERT_NEAR(follower.high(), coarse.protection, 1.0);
+    // It stands still, and is where a position that is off twice could be, but not once.
+    const double far = sign * 1.5 * coarse.protection;
+    const Verdict fine = at(1.0, far, 1.0);
+    ASSERT_EQ(fine.declared, Declared::ok);
+    ASSERT_LT(fine.protection, 0.4 * coarse.protection);
+    const double off = std::max(50.0, fine.protection);
+    EXPECT_NEAR(follower.low(), far - off, 1.0);
+    EXPECT_NEAR(follower.high(), far + off, 1.0);
+    EXPECT_NEAR(follower.place(), far, 1.0);
+  }
+}
+
+TEST(Follower, ATimeThatIsNoneLosesNoTime) {
+  const Track track = arc();
+  const TrackRaim monitor(track, {});
+  const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
+  for (const double none : {nan, infinity, -infinity}) {
+    Random random(7);
+    Follower with(monitor, 20.0, -200.0), without = with;
+    const auto first = epoch(track, -200.0, 10, 2, random, 0.3);
+    for (Follower* follower : {&with, &without})
+      ASSERT_EQ(follower->judge(0.0, first.data(), 10).declared, Declared::ok);
+    const double low = with.low(), high = with.high(), place = with.place();
+    // An epoch of no satellites: as at the time of the one before, so that nothing grows.
+    EXPECT_EQ(with.judge(none, nullptr, 0).declared, Declared::not_available);
+    EXPECT_EQ(with.low(), low);
+    EXPECT_EQ(with.high(), high);
+    EXPECT_EQ(with.place(), place);
+    // 10 s after the first, by 20 m/s as far as if the other had not been.
+    EXPECT_EQ(with.judge(10.0, nullptr, 0).declared, Declared::not_available);
+    EXPECT_EQ(without.judge(10.0, nullptr, 0).declared, Declared::not_available);
+    EXPECT_EQ(with.low(), low - 200.0);
+    EXPECT_EQ(with.high(), high + 200.0);
+    EXPECT_EQ(with.low(), without.low());
+    // And a vehicle that has moved for 19 s is found.
+    const auto moved = epoch(track, 110.0, 10, 2, random, 0.3);
+    EXPECT_EQ(with.judge(19.0, moved.data(), 10).declared, Declared::ok);
+    EXPECT_NEAR(with.place(), 110.0, 20.0);
+  }
 }
 
 }  // namespace

@@ -87,5 +87,78 @@ TEST(Track, RefusesWhatIsNone) {
   EXPECT_NEAR(track.at(0.5).position[0], 0.5, 1e-15);
 }
 
+TEST(Track, RefusesWhatIsNoneOverMileagesOfTheCallers) {
+  Track track;
+  Eigen::MatrixXd points(3, 3), infinite, missing;
+  points << 0, 0, 0, 1, 0, 0, 2, 0, 0;
+  infinite = missing = points;
+  infinite(1, 2) = std::numeric_limits<double>::infinity();
+  missing(0, 0) = std::nan("");
+  Eigen::VectorXd mileage = Eigen::Vector3d(5, 6, 8);
+  ASSERT_EQ(Track::make(points, mileage, 0.0, track), ConfigStatus::ok);
+  const auto made = [&](const Eigen::MatrixXd& p, const Eigen::VectorXd& l) {
+    return Track::make(p, l, 0.0, track);
+  };
+  EXPECT_EQ(made(points.topRows(1), mileage.head(1)), ConfigStatus::wrong_size);
+  EXPECT_EQ(made(points.leftCols(2), mileage), ConfigStatus::wrong_size);
+  EXPECT_EQ(made(points, mileage.head(2)), ConfigStatus::wrong_size);
+  EXPECT_EQ(Track::make(points.leftCols(2), 0.0, 0.0, track), ConfigStatus::wrong_size);
+  EXPECT_EQ(made(infinite, mileage), ConfigStatus::not_finite);
+  EXPECT_EQ(Track::make(missing, 0.0, 0.0, track), ConfigStatus::not_finite);
+  EXPECT_EQ(Track::make(points, 0.0, std::nan(""), track), ConfigStatus::not_finite);
+  mileage(1) = std::nan("");
+  EXPECT_EQ(made(points, mileage), ConfigStatus::not_finite);
+  mileage(1) = 8.0;
+  EXPECT_EQ(made(points, mileage), ConfigStatus::not_positive);
+  EXPECT_EQ(track.low(), 5.0);  // and stays as it was
+  EXPECT_EQ(track.high(), 8.0);
+}
+
+TEST(Track, ToleranceThatChangesNothing) {
+  // Two points have nothing to be smoothed.
+  Eigen::MatrixXd points(2, 3);
+  points << 0, 0, 0, 3, 4, 0;
+  Track track;
+  ASSERT_EQ(Track::make(points, 1.0, 0.0, track), ConfigStatus::ok);
+  EXPECT_EQ(track.error(), 0.0);
+  EXPECT_NEAR(track.at(2.5).position[1], 2.0, 1e-15);
+  // A tolerance below all that can be smoothed: the curve through the vertices.
+  Random random(6);
+  Eigen::MatrixXd rough = Eigen::MatrixXd::Zero(60, 3);
+  for (int i = 0; i < 60; ++i) {
+    rough(i, 0) = 10.0 * i;
+    if (i % 3 != 0) rough(i, 1) = 5.0 * random.normal();
+  }
+  Track exact;
+  ASSERT_EQ(Track::make(rough, 0.0, 0.0, exact), ConfigStatus::ok);
+  ASSERT_EQ(Track::make(rough, 1e-40, 0.0, track), ConfigStatus::ok);
+  EXPECT_EQ(track.error(), 0.0);
+  for (const double l : {3.0, 77.0, 300.0}) EXPECT_EQ(track.at(l).bend, exact.at(l).bend);
+}
+
+TEST(Track, AHairpinHasNoBoundOnItsCurvature) {
+  Eigen::MatrixXd points(5, 3);
+  points << 0, 0, 0, 10, 0, 0, 20, 0, 0, 10, 0.01, 0, 0, 0.01, 0;
+  Track track;
+  ASSERT_EQ(Track::make(points, 0.0, 0.0, track), ConfigStatus::ok);
+  EXPECT_EQ(track.curvature_bound(0.0, 40.0), std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isfinite(track.bend_bound(0.0, 40.0)));
+}
+
+TEST(Track, AVertexMayStandStill) {
+  // Mileages of the caller's go on where the line does not.
+  Eigen::MatrixXd points(4, 3);
+  points << 0, 0, 0, 10, 0, 0, 10, 0, 0, 20, 0, 0;
+  const Eigen::VectorXd mileage = Eigen::Vector4d(0, 10, 15, 25);
+  Track track;
+  ASSERT_EQ(Track::make(points, mileage, 0.0, track), ConfigStatus::ok);
+  for (const double l : {2.0, 24.0}) {
+    const Point place = track.at(l).position;
+    EXPECT_NEAR(track.nearest({place[0], 3.0, 0.0}), l, 1e-6);
+  }
+  const double still = track.nearest({10.0, 1.0, 0.0});
+  EXPECT_NEAR(track.at(still).position[0], 10.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace surefix::raim

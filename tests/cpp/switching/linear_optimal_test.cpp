@@ -28,6 +28,41 @@ TEST(LinearOptimal, ConditionHoldsForEqualRowsOnly) {
   EXPECT_EQ(no.lags, 49);
 }
 
+TEST(LinearOptimal, ConditionCountsFromTheFirstStepThatMayBeHealthy) {
+  ModeChain chain;
+  const Eigen::MatrixXd P = (Eigen::Matrix2d() << 0.9, 0.1, 0.4, 0.6).finished();
+  ASSERT_TRUE(ModeChain::make({{1.0, 1.0}, {0.0, 1.0}}, P, Eigen::Vector2d(0.0, 1.0), chain));
+  const LinearCondition never = check_linear(chain, {P}, 2);  // one step that is, none after it
+  EXPECT_TRUE(never.holds);
+  EXPECT_EQ(never.lags, 0);
+  const LinearCondition once = check_linear(chain, {P}, 3);
+  EXPECT_TRUE(once.holds);
+  EXPECT_EQ(once.lags, 1);
+  EXPECT_NEAR(once.p11, 0.9, 1e-15);
+  EXPECT_FALSE(check_linear(chain, {P}, 4).holds);
+}
+
+TEST(LinearOptimal, ConditionForgetsLagsBeyond256) {
+  const ModeChain markov = chain_of(0.9, 0.4);
+  EXPECT_EQ(check_linear(markov, {markov.transition}, 256).lags, 255);
+  const LinearCondition out = check_linear(markov, {markov.transition}, 400);
+  EXPECT_EQ(out.lags, 256);
+  EXPECT_NEAR(out.highest, 0.9, 1e-15);
+  EXPECT_NEAR(out.lowest, 0.8, 1e-15);
+}
+
+TEST(LinearOptimal, HasNoGainWhereTheCovarianceOverflows) {
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
+  // The variance of the innovation is infinite, or the difference of two that are.
+  for (const ModeChain& chain : {chain_of(0.8, 0.6), chain_of(0.9, 0.4)}) {
+    LinearRecursion recursion(chain, Eigen::VectorXd::Zero(1), one, false);
+    LinearGain gain;
+    const LinearStep step{1e200 * one, one, one, one, {}};
+    ASSERT_TRUE(recursion.advance(step, nullptr, nullptr, gain));
+    EXPECT_FALSE(recursion.advance(step, &chain.transition, nullptr, gain));
+  }
+}
+
 TEST(LinearOptimal, IsTheKalmanFilterWithoutFaults) {
   const LinearSystem system = testing::two_states();
   const ModeChain chain = chain_of(1.0, 0.5);

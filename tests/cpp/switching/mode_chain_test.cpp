@@ -60,6 +60,14 @@ TEST(ModeChain, SaysWhereItIsNoChain) {
             What::gamma);
   EXPECT_EQ(ModeChain::make(kTwo, two(0.1, 0.2), Eigen::Vector2d(0.5, 0.6), chain).what,
             What::initial);
+  P(1, 0) = std::nan("");
+  EXPECT_EQ(ModeChain::make(kTwo, P, {}, chain).what, What::negative);
+  EXPECT_EQ(ModeChain::make(kTwo, two(0.1, 0.2).leftCols(1), {}, chain).what, What::wrong_size);
+  EXPECT_EQ(ModeChain::make({}, Eigen::MatrixXd(), {}, chain).what, What::wrong_size);
+  EXPECT_EQ(ModeChain::make({{1.0, HUGE_VAL}}, two(0.1, 0.2), {}, chain).what, What::delta);
+  EXPECT_EQ(ModeChain::make(kTwo, two(0.1, 0.2), Eigen::Vector3d(1.0, 0.0, 0.0), chain).what,
+            What::wrong_size);
+  EXPECT_EQ(chain.size(), 0);
 }
 
 TEST(ModeChain, OfTwoIndependentOnesIsTheirProduct) {
@@ -72,6 +80,22 @@ TEST(ModeChain, OfTwoIndependentOnesIsTheirProduct) {
   EXPECT_DOUBLE_EQ(chain.transition(3, 0), 0.4 * 0.5);
   EXPECT_NEAR(chain.initial(3), 0.2 * 0.375, 1e-15);
   EXPECT_LT((chain.transition.transpose() * chain.initial - chain.initial).norm(), 1e-15);
+}
+
+TEST(ModeChain, OfTwoRefusesWhatEitherRefuses) {
+  ModeChain chain;
+  const auto made = [&](const Eigen::MatrixXd& gamma, const Eigen::MatrixXd& delta) {
+    return ModeChain::independent({1.0, 0.0}, gamma, {1.0, 10.0}, delta, chain).what;
+  };
+  const Eigen::MatrixXd good = two(0.1, 0.4), never = Eigen::MatrixXd::Identity(2, 2);
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1), halves = 0.5 * good;
+  EXPECT_EQ(made(one, good), What::wrong_size);
+  EXPECT_EQ(made(good, one), What::wrong_size);
+  EXPECT_EQ(made(halves, good), What::row_sum);
+  EXPECT_EQ(made(good, halves), What::row_sum);
+  EXPECT_EQ(made(never, good), What::reducible);
+  EXPECT_EQ(made(good, never), What::reducible);
+  EXPECT_EQ(chain.size(), 0);
 }
 
 TEST(ModeChain, LumpsInterruptedModesOnly) {
@@ -88,6 +112,12 @@ TEST(ModeChain, LumpsInterruptedModesOnly) {
   EXPECT_EQ(status.row, 0);
   EXPECT_EQ(chain.lumped({{0}, {1}, {2}}, chain.initial, lumped).row, 3);
   EXPECT_EQ(chain.lumped({{0}, {1}, {2, 3}, {3}}, chain.initial, lumped).row, 3);
+  for (const int unknown : {-1, 4}) {
+    status = chain.lumped({{0}, {1}, {2, 3, unknown}}, chain.initial, lumped);
+    EXPECT_EQ(status.what, What::lumped);
+    EXPECT_EQ(status.row, unknown);
+  }
+  EXPECT_EQ(lumped.size(), 3);
 }
 
 TEST(ModeChain, TransitionsOfRates) {
@@ -98,6 +128,13 @@ TEST(ModeChain, TransitionsOfRates) {
   EXPECT_EQ(transition_over(rates, -1.0, P), ConfigStatus::negative);
   EXPECT_EQ(transition_over(rates, HUGE_VAL, P), ConfigStatus::not_finite);
   EXPECT_EQ(transition_over(rates.topRows(1), 1.0, P), ConfigStatus::wrong_size);
+  EXPECT_EQ(transition_over(Eigen::MatrixXd(), 1.0, P), ConfigStatus::wrong_size);
+  const Eigen::MatrixXd before = P;
+  rates(0, 1) = -0.2;
+  EXPECT_EQ(transition_over(rates, 2.0, P), ConfigStatus::negative);
+  rates(0, 1) = std::nan("");
+  EXPECT_EQ(transition_over(rates, 2.0, P), ConfigStatus::not_finite);
+  EXPECT_EQ(P, before);
 }
 
 }  // namespace
