@@ -30,7 +30,8 @@ struct Worst {
   long asymmetric = 0, not_positive = 0, not_finite = 0, refused = 0, claimed = 0;
 
   [[nodiscard]] bool bad() const {
-    return claimed == 0 || decorrelation < 0.0 || asymmetric + not_positive + not_finite + refused > 0;
+    return claimed == 0 || decorrelation < 0.0 ||
+           asymmetric + not_positive + not_finite + refused > 0;
   }
 };
 

@@ -1,7 +1,8 @@
 """What all tests share: one thread, Hypothesis profiles, and where the recordings are.
 
 Profiles: ``dev`` (default), ``ci`` (the same examples every time; chosen where the environment
-variable CI is set), ``thorough`` (``pytest --hypothesis-profile=thorough``), ``long`` (`./dev prove fuzz`).
+variable CI is set), ``thorough`` (``pytest --hypothesis-profile=thorough``), ``long``
+(`./dev prove fuzz`).
 """
 
 from __future__ import annotations

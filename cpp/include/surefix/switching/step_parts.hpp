@@ -1,5 +1,5 @@
-// The parts of a step of the one-step near-optimal filter (Sigalov & Oshman, section III) and of the
-// IMM (section IV): each mode predicts, reads the measurement and says how probable it was; the
+// The parts of a step of the one-step near-optimal filter (Sigalov & Oshman, section III) and of
+// the IMM (section IV): each mode predicts, reads the measurement and says how probable it was; the
 // answers are merged. The two filters differ only in what a mode starts from.
 #pragma once
 
