@@ -73,17 +73,28 @@ prove_same_bits() {
   figure="5 replays as committed, $ways ways compiled (g++, clang++; O0, O2, O3)"
 }
 
+# One fuzzer for its time; what it did lies in its log.
+run_fuzzer() {
+  local name
+  name=$(basename "$1")
+  mkdir -p "$work/$name"
+  "$1" -max_total_time=$((minutes * 60)) -timeout=10 -max_len=4096 -print_final_stats=1 \
+    -artifact_prefix="$work/$name-" "$work/$name" >"$work/$name.txt" 2>&1 ||
+    { tail -40 "$work/$name.txt"; return 1; }
+}
+
 prove_fuzz() {
   preset fuzz
-  local fuzzer name log runs=
+  local fuzzer fuzzers=() name runs=
   for fuzzer in build/fuzz/tests/fuzz/fuzz_*; do
-    [[ -x $fuzzer && -f $fuzzer ]] || continue
+    [[ ! -x $fuzzer || ! -f $fuzzer ]] || fuzzers+=("$fuzzer")
+  done
+  export work minutes
+  export -f run_fuzzer
+  printf '%s\0' "${fuzzers[@]}" | xargs -0 -n 1 -P "$(nproc)" bash -c 'run_fuzzer "$1"' _
+  for fuzzer in "${fuzzers[@]}"; do
     name=$(basename "$fuzzer")
-    log=$work/$name.txt
-    mkdir -p "$work/$name"
-    "$fuzzer" -max_total_time=$((minutes * 60)) -timeout=10 -max_len=4096 -print_final_stats=1 \
-      -artifact_prefix="$work/$name-" "$work/$name" >"$log" 2>&1 || { tail -40 "$log"; return 1; }
-    runs+="${runs:+, }$(sed -n 's/^stat::number_of_executed_units: *//p' "$log") of ${name#fuzz_}"
+    runs+="${runs:+, }$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$name.txt") of ${name#fuzz_}"
   done
   # The readers of files, through Python.
   "${pytest[@]}" tests/python/test_fuzz_readers.py --hypothesis-profile=long \
