@@ -186,6 +186,8 @@ def deepest(calls: Calls, step: re.Pattern[str]) -> int:
     def depth(name: str, above: frozenset[str]) -> int:
         if name in above:
             raise SystemExit(f"{name} calls itself: its stack has no bound")
+        if name == "__indirect_call":
+            raise SystemExit("a call through a pointer: its stack is not known")
         if name not in known:
             below, times = calls.callees.get(name, set()), 1
             if SORT in name:  # calls itself 2 log2(n) times at most, then sorts otherwise

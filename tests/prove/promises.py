@@ -2,7 +2,8 @@
 
 ``python tests/prove/promises.py FOLDER``: reads ctest.xml and pytest.xml (JUnit) and the figures of
 the proofs (NAME.figure) there. A test that is named and did not run and pass fails; so does a proof
-that failed. Figures that a test measures are its properties `figure` (`record_property`).
+that failed. Figures that a test measures are its properties `figure` (`record_property`). With
+``--write``, the figures are also put into the page, after "last: " in each row.
 """
 
 from __future__ import annotations
@@ -45,36 +46,62 @@ class Results:
             pattern += "::*"
         return [name for name in self.passed[kind] if fnmatchcase(name, pattern)]
 
+    def of_test(self, name: str) -> list[str]:
+        """What a test measured."""
+        return self.figures.get(name, [])
 
-def report(promise: str, references: list[tuple[str, str]], results: Results) -> tuple[str, bool]:
+
+Reference = tuple[str, str]  # kind and name
+
+
+def figures_of(references: list[Reference], results: Results) -> list[str]:
+    """What the tests and proofs named have measured."""
+    found: list[str] = []
+    for kind, pattern in references:
+        if kind != "prove":
+            found += [each for name in results.of(kind, pattern) for each in results.of_test(name)]
+        elif (file := results.folder / f"{pattern}.figure").is_file():
+            found.append(f"{pattern}: {file.read_text().strip()}")
+    return found
+
+
+def report(promise: str, references: list[Reference], results: Results) -> tuple[str, bool]:
     """Its line, and whether it is kept."""
     tests: dict[str, bool] = {}
-    figures: list[str] = []
     failed: list[str] = []
     for kind, pattern in references:
         if kind == "prove":
-            file = results.folder / f"{pattern}.figure"
-            if file.is_file():
-                figures.append(f"{pattern}: {file.read_text().strip()}")
-            else:
+            if not (results.folder / f"{pattern}.figure").is_file():
                 failed.append(f"prove {pattern}")
             continue
         names = results.of(kind, pattern)
         failed += [] if names else [f"{kind} {pattern} (not run)"]
-        for name in names:
-            tests[name] = results.passed[kind][name]
-            figures += results.figures.get(name, [])
+        tests.update((name, results.passed[kind][name]) for name in names)
     failed += [name for name, good in tests.items() if not good]
+    figures = figures_of(references, results)
     line = f"{promise} {sum(tests.values())} tests" + "".join(f"; {figure}" for figure in figures)
     return line + (f"; FAILED: {', '.join(failed)}" if failed else ""), not failed
+
+
+def with_figures(row: str, results: Results) -> str:
+    """A row of the table, its last cell ending in what was measured; what stands before stays."""
+    start, proofs, cell = row.rstrip(" |").rsplit(" | ", 2)
+    figures = figures_of(REFERENCE.findall(proofs), results)
+    if not figures:
+        return row
+    hand = cell.split("last: ")[0].strip(" –;")
+    return f"{start} | {proofs} | {hand}{'; ' if hand else ''}last: {'; '.join(figures)} |"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
-    results = Results(parser.parse_args().folder)
-    section = PAGE.read_text(encoding="utf-8").split("## Promises", 1)[1].split("\n## ", 1)[0]
-    references: dict[int, list[tuple[str, str]]] = {}
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    results = Results(given.folder)
+    before, rest = PAGE.read_text(encoding="utf-8").split("## Promises\n", 1)
+    section, after = rest.split("\n## ", 1)
+    references: dict[int, list[Reference]] = {}
     for row in re.findall(r"^\| (\d+)\. (.*)$", section, re.MULTILINE):
         found = references.setdefault(int(row[0]), [])
         found += [each for each in REFERENCE.findall(row[1]) if each not in found]
@@ -85,6 +112,10 @@ def main() -> None:
         kept = kept and good
     if not kept:
         raise SystemExit(1)
+    if given.write:
+        section = re.sub(r"^\| \d+\. .*$", lambda row: with_figures(row[0], results), section,
+                         flags=re.MULTILINE)  # fmt: skip
+        PAGE.write_text(f"{before}## Promises\n{section}\n## {after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

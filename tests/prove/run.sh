@@ -3,7 +3,7 @@
 #
 # Usage: tests/prove/run.sh [--quick] [NAME…]
 #   --quick: seconds each, with the build in build/cpp; only the proofs that can be had so
-#   NAME: numerics same_bits no_heap soak fuzz sanitizers coverage package onboard promises
+#   NAME: numerics same_bits no_heap soak sanitizers coverage package onboard risk fuzz promises
 # Logs lie in build/prove. MINUTES (10) is how long each fuzzer runs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -183,6 +183,11 @@ prove_onboard() {
   figure=$("$python" benchmarks/onboard.py --brief)
 }
 
+# What alert limits claim, against what is measured.
+prove_risk() {
+  figure=$("$python" tests/prove/risk.py | tee -a /dev/stderr | tail -1)
+}
+
 # Last: one line for each promise, of the tests that its rows name and of the proofs above (as they
 # were last run).
 prove_promises() {
@@ -195,7 +200,7 @@ prove_promises() {
 }
 
 if [[ -n $quick ]]; then all=(numerics same_bits no_heap soak); else
-  all=(numerics same_bits no_heap soak sanitizers coverage package onboard fuzz promises)
+  all=(numerics same_bits no_heap soak sanitizers coverage package onboard risk fuzz promises)
 fi
 kind=${quick:+quick.}figure # `promises` reads the long proofs' alone
 proofs=("${@:-${all[@]}}")
