@@ -144,6 +144,7 @@ class Calls:
 
     def __init__(self) -> None:
         self.frame: dict[str, int] = {}
+        self.unbounded: set[str] = set()
         self.callees: dict[str, set[str]] = {}
 
 
@@ -155,9 +156,9 @@ def call_graph(program: str) -> Calls:
             continue
         text = file.read_text(encoding="utf-8")
         for name, size, kind in NODE.findall(text):
-            if kind not in ("static", "dynamic,bounded"):
-                raise SystemExit(f"{file}: a frame of unbounded size, {name}")
             calls.frame[plain(name)] = max(int(size), calls.frame.get(plain(name), 0))
+            if kind not in ("static", "dynamic,bounded"):
+                calls.unbounded.add(plain(name))
         for caller, callee in EDGE.findall(text):
             calls.callees.setdefault(plain(caller), set()).add(plain(callee))
     return calls
@@ -186,6 +187,8 @@ def deepest(calls: Calls, step: re.Pattern[str]) -> int:
     def depth(name: str, above: frozenset[str]) -> int:
         if name in above:
             raise SystemExit(f"{name} calls itself: its stack has no bound")
+        if name in calls.unbounded:
+            raise SystemExit(f"{name} has a frame of unbounded size")
         if name == "__indirect_call":
             raise SystemExit("a call through a pointer: its stack is not known")
         if name not in known:

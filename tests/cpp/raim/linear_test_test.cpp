@@ -153,6 +153,17 @@ TEST(AffineFit, SamplesOnALineAndValuesThatAreNone) {
   EXPECT_FALSE(best.rho(1) >= 0.0);
 }
 
+TEST(AffineFit, WhereSamplesAreRepeatedAndExchangesTie) {
+  // Two values at one place: half their difference is left, whatever is done elsewhere.
+  Eigen::MatrixXd X(4, 1), values(4, 1);
+  X << 0.0, 1.0, 1.0, 0.0;
+  values << 0.0, 2.0, -2.0, 0.0;
+  const AffineFit best = fit_minimax(X, values);
+  EXPECT_NEAR(best.rho(0), 2.0, 1e-14);
+  EXPECT_NEAR(best.A(0, 0) + best.B(0), 0.0, 1e-14);  // the only fit between the two
+  EXPECT_LE(std::abs(best.B(0)), 2.0 + 1e-14);
+}
+
 TEST(AffineFit, WhereTheExchangeDoesNotEndItIsNoWorse) {
   // Coordinates that differ by rounding only: samples are exchanged for ever, were there no bound.
   Random random(4);
@@ -186,6 +197,14 @@ TEST(LinearTest, TakesAnyUnitOfTheMeasurementsOrRefusesIt) {
     EXPECT_NEAR(test.statistic(same.data()) / usual.statistic(y.data()), 1.0, 1e-12) << unit;
   }
   EXPECT_EQ(LinearTest::make(H, M, 1e-320 * I, test), ConfigStatus::not_finite);  // 1/1e-320
+  // Σ^{-1/2} = 1.7e308 (1 0; 1 1): finite, but its projection off H = (1, −2) is not, nor is that
+  // onto a fault which shows in both measurements alike.
+  const Eigen::MatrixXd steep =
+      (Eigen::Matrix2d() << 1.0, 0.0, -1.0, 1.0).finished() * (1.0 / 1.7e308);
+  const Eigen::MatrixXd state = 1e-300 * Eigen::Vector2d(1.0, -2.0);
+  const Eigen::MatrixXd fault = 1e-300 * Eigen::Vector2d(1.0, 0.0), none(2, 0);
+  EXPECT_EQ(LinearTest::make(state, none, steep, test), ConfigStatus::not_finite);
+  EXPECT_EQ(LinearTest::make(none, fault, steep, test), ConfigStatus::not_finite);
   EXPECT_EQ(test.degrees(), usual.degrees());
 }
 

@@ -227,6 +227,12 @@ TEST(RobustFilter, ABatchSaysWhatBecameOfRowsAndTimes) {
   EXPECT_EQ(found.summary.status, Status::ok);
   EXPECT_EQ(found.summary.estimates, 0u);
   EXPECT_EQ(found.start, 0);
+  std::vector<Time> no_times;
+  no_times.reserve(1);  // an array, and none in it: not the same as no array
+  found = Batch(log, no_times);
+  EXPECT_EQ(found.summary.status, Status::ok);
+  EXPECT_EQ(found.summary.estimates, 0u);
+  EXPECT_EQ(found.rows, std::vector<Status>(3, Status::waiting));
 }
 
 TEST(RobustFilter, TakesGrossValuesForOutages) {

@@ -47,7 +47,7 @@ class ModeTable {
   bool fill(const std::vector<SensorModes>& sensors, std::size_t sensor, int faults,
             std::vector<std::uint8_t>& row) {
     if (sensor == sensors.size()) {
-      if (count() >= max_hypotheses && sensors_ > 0) return false;
+      if (count() >= max_hypotheses) return false;
       modes_.insert(modes_.end(), row.begin(), row.end());
       return true;
     }
