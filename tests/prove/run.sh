@@ -165,18 +165,23 @@ prove_package() {
   mkdir -p build/docs
   doxygen docs/Doxyfile # whose warnings are errors
   tests/install/run.sh
-  local compiler standard ways=0
+  local compiler standard source program ways=0
   for compiler in g++ clang++; do
     for standard in 17 20; do
-      local build=build/onboard-$compiler-$standard
-      cmake -S examples/onboard -B "$build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" \
-        -DCMAKE_CXX_STANDARD="$standard" -DCMAKE_PREFIX_PATH="$PWD/build/install/plain/moved"
-      cmake --build "$build"
-      tests/prove/onboard.sh "$build"
+      local build=$PWD/build/consumer-$compiler-$standard
+      for source in tests/install/consumer examples/onboard; do
+        cmake -S "$source" -B "$build/$source" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" \
+          -DCMAKE_CXX_STANDARD="$standard" -DCMAKE_PREFIX_PATH="$PWD/build/install/plain/moved"
+        cmake --build "$build/$source"
+      done
+      for program in onboard configured; do
+        "$build/tests/install/consumer/$program" | diff "tests/install/consumer/$program.txt" -
+      done
+      tests/prove/onboard.sh "$build/examples/onboard"
       ways=$((ways + 1))
     done
   done
-  figure="4 programs built and run against the installed package, $ways ways (g++, clang++; C++17, C++20)"
+  figure="6 programs built and run against the installed package, $ways ways (g++, clang++; C++17, C++20)"
 }
 
 prove_onboard() {
