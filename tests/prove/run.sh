@@ -12,7 +12,7 @@ work=$PWD/build/prove
 minutes=${MINUTES:-10}
 python=$PWD/.venv/bin/python
 pytest=(env OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
-  "$python" -m pytest -q -n "$(nproc)" --dist loadfile)
+  "$python" -m pytest -q -n "$(nproc)" --dist loadfile --max-worker-restart=0)
 quick=
 [[ ${1:-} != --quick ]] || { quick=yes; shift; }
 # What malloc keeps for later counts as in use: it keeps nothing, or `soak` would see it grow.
@@ -117,8 +117,11 @@ all_tests() {
   mkdir "$build/python"
   cp -r python/surefix "$build/python/"
   cp "$build"/bindings/_core.*.so "$build/python/surefix/"
-  env "${@:2}" PYTHONPATH="$build/python" "${pytest[@]}" >"$work/pytest-$1.txt" ||
-    { tail -40 "$work/pytest-$1.txt"; return 1; }
+  rm -f "$work/pytest-$1."*
+  # What a sanitizer says as it ends a worker of pytest would be lost, but for its own files.
+  env "${@:2}" {A,UB,T}SAN_OPTIONS="halt_on_error=1:detect_leaks=0:print_stacktrace=1:\
+log_path=$work/pytest-$1" PYTHONPATH="$build/python" "${pytest[@]}" >"$work/pytest-$1.txt" ||
+    { tail -n 40 "$work/pytest-$1."*; return 1; }
 }
 count_tests() {
   echo "$(ctest --test-dir "build/$1" -N | sed -n 's/^Total Tests: //p') C++ tests and" \
@@ -132,12 +135,9 @@ preloaded() { echo "$(g++ -print-file-name="$1") $(g++ -print-file-name=libstdc+
 # a block of its own, which the sanitizers see.
 prove_sanitizers() {
   preset_with_python asan-ubsan
-  all_tests asan-ubsan PYTHONMALLOC=malloc ASAN_OPTIONS=detect_leaks=0 \
-    LD_PRELOAD="$(preloaded libasan.so)"
+  all_tests asan-ubsan PYTHONMALLOC=malloc LD_PRELOAD="$(preloaded libasan.so)"
   preset_with_python tsan
-  # Halt: what a worker of pytest says as it ends nobody hears.
-  all_tests tsan PYTHONMALLOC=malloc TSAN_OPTIONS=halt_on_error=1 \
-    LD_PRELOAD="$(preloaded libtsan.so)"
+  all_tests tsan PYTHONMALLOC=malloc LD_PRELOAD="$(preloaded libtsan.so)"
   figure="$(count_tests tsan) under ASan, UBSan and TSan"
 }
 

@@ -15,6 +15,12 @@ Eigen::MatrixXd scaled(const Eigen::MatrixXd& columns, const Eigen::VectorXd& le
   return out;
 }
 
+/// L⁻¹ `columns`. There may be none, for which Eigen would read where nothing is.
+Eigen::MatrixXd whitened(const Eigen::MatrixXd& L, const Eigen::MatrixXd& columns) {
+  if (columns.cols() == 0) return columns;
+  return L.triangularView<Eigen::Lower>().solve(columns);
+}
+
 /// Q (n × n) whose first `rank` columns span those of `columns`, which are of length ≤ 1.
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns, Eigen::Index& rank) {
   const Eigen::Index n = columns.rows();
@@ -36,10 +42,9 @@ ConfigStatus LinearTest::make(const Eigen::MatrixXd& H, const Eigen::MatrixXd& M
   if (!H.allFinite() || !M.allFinite() || !L.allFinite()) return ConfigStatus::not_finite;
   if (L.diagonal().minCoeff() <= 0.0) return ConfigStatus::not_positive;
   LinearTest test;
-  const auto triangle = L.triangularView<Eigen::Lower>();
-  test.whitening_ = triangle.solve(Eigen::MatrixXd::Identity(n, n));
+  test.whitening_ = whitened(L, Eigen::MatrixXd::Identity(n, n));
 
-  const Eigen::MatrixXd white = triangle.solve(H);
+  const Eigen::MatrixXd white = whitened(L, H);
   Eigen::Index q = 0;
   const Eigen::MatrixXd Q = orthonormal(scaled(white, white.colwise().stableNorm()), q);
   test.W_ = Q.rightCols(n - q).transpose();
@@ -48,7 +53,7 @@ ConfigStatus LinearTest::make(const Eigen::MatrixXd& H, const Eigen::MatrixXd& M
   if (M.cols() == 0) {
     test.projection_ = test.parity_;
   } else {
-    const Eigen::MatrixXd faults = triangle.solve(M);
+    const Eigen::MatrixXd faults = whitened(L, M);
     Eigen::Index r = 0;
     const Eigen::MatrixXd seen = scaled(test.W_ * faults, faults.colwise().stableNorm());
     const Eigen::MatrixXd basis = orthonormal(seen, r);
