@@ -158,3 +158,28 @@ def test_track_monitor() -> None:
     for ours, column in same.items():
         np.testing.assert_array_equal(getattr(found, ours), numbers(golden, column)[:, 0], ours)
     assert found.declared.tolist() == golden["declared"]
+
+
+def test_sliding_detector() -> None:
+    """Where a ramp is undetectable, no number is returned."""
+    golden = rows("drift")
+    detectors = [
+        sf.OnsetDetector(sf.Profile.ramp(), channel=name, false_alarm=1e-3)
+        for name in ("wheel", "radar")
+    ]
+    stream = streamed(sf.SlidingDetector(linear(), 60, detectors))
+    findings = [found for estimate in stream for found in estimate.findings]
+    same = {"drop": "drop", "p_bound": "p_bound", "amplitude": "amplitude",
+            "amplitude_se": "deviation", "onsets": "onsets"}  # fmt: skip
+    known = [found.status != "undetectable" for found in findings]
+    assert sum(known) > 100
+    for ours, column in same.items():
+        found = [getattr(each, ours) for each in findings]
+        np.testing.assert_array_equal(
+            [value for value, is_known in zip(found, known, strict=True) if is_known],
+            numbers(golden, column)[known, 0], ours,
+        )  # fmt: skip
+    onset = [1e9 * each.onset for each in findings if each.onset is not None]
+    np.testing.assert_allclose(onset, numbers(golden, "onset")[known, 0], rtol=0, atol=0.5)  # [ns]
+    alarms = [each.status == "detected" for each in findings]
+    assert alarms == [text == "2" for text in golden["finding"]]
