@@ -35,7 +35,10 @@ std::unique_ptr<AnyRecord> of_system(const LinearSystem& system, const SystemDat
       const double nu = out->innovations[run * count + i];
       squares += nu * (nu * record[i].inverse);
     }
-    if (!finite(squares)) status = Status::numerical;
+    if (!finite(squares)) {
+      status = Status::numerical;
+      return nullptr;
+    }
     LogLikelihood likelihood = variances;
     likelihood.add_squares(squares, static_cast<std::int64_t>(count));
     out->log_likelihood.push_back(likelihood.value());

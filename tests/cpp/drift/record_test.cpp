@@ -316,10 +316,8 @@ TEST(Record, SaysWhereTheFilterFails) {
   Case far(2, 1, 6, 3, false);
   far.z(4) = 1e200;  // the gains are good, the likelihood is not
   Status status = Status::ok;
-  const auto record = AnyRecord::of(far.system, far.data(), status);
+  EXPECT_EQ(AnyRecord::of(far.system, far.data(), status), nullptr);
   EXPECT_EQ(status, Status::numerical);
-  ASSERT_NE(record, nullptr);
-  EXPECT_FALSE(std::isfinite(record->log_likelihood.front()));
 }
 
 TEST(Record, AMissingComponentCanLeaveNoiseThatIsNotDefinite) {
