@@ -7,11 +7,11 @@
 namespace surefix {
 namespace {
 
-// AddressSanitizer ends the program where malloc would answer null.
-#if defined(__SANITIZE_ADDRESS__)
+// These sanitizers end the program where malloc would answer null.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool sanitized = true;
 #elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 constexpr bool sanitized = true;
 #else
 constexpr bool sanitized = false;
@@ -34,7 +34,7 @@ TEST(LargeArray, HasRoomForItsNumbersInWholeCacheLines) {
 }
 
 TEST(LargeArray, ThrowsWhereThereIsNoRoom) {
-  if (sanitized) GTEST_SKIP() << "with AddressSanitizer";
+  if (sanitized) GTEST_SKIP() << "with this sanitizer";
   const std::size_t beyond = std::size_t{1} << 58;  // 2^61 bytes
   EXPECT_THROW(LargeArray<double>{beyond}, std::bad_alloc);
 }
