@@ -110,7 +110,6 @@ Array whiten(const AnyRecord& record, const Array& innovations, int threads) {
   py::gil_scoped_release release;
   in_parts(innovations.shape(0), threads, 8, [&](std::int64_t first, std::int64_t last) {
     record.whiten({innovations.data(), first, last}, data);
-    return true;
   });
   return out;
 }
@@ -194,7 +193,6 @@ py::tuple spectrum(const AnyRecord& record, const Direction& direction, const Ar
       const FrequencyRange range{omega.data(), static_cast<std::size_t>(F),
                                  static_cast<std::size_t>(first), static_cast<std::size_t>(last)};
       record.spectrum(direction, range, {innovations.data(), 0, runs}, {inverses, shares, data});
-      return true;
     });
   }
   return py::make_tuple(inverse, share, out);

@@ -6,24 +6,32 @@
 #include <exception>
 #include <system_error>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace surefix::bindings {
 
 /// work(first, last) over [0, count) in at most `threads` parts, each a multiple of `grain` long
-/// but the last; returns what they return, in order. A part for which no thread can be started runs
-/// here; the first exception of a part is thrown when all have ended.
+/// but the last; returns what they return, if anything, in order. A part for which no thread can be
+/// started runs here; the first exception of a part is thrown when all have ended.
 template <class Work>
 auto in_parts(std::int64_t count, int threads, std::int64_t grain, Work&& work) {
+  using Result = decltype(work(0, 0));
+  static_assert(!std::is_same_v<Result, bool>, "of a vector<bool>, threads write the same word");
+  constexpr bool returns = !std::is_void_v<Result>;
   const std::int64_t grains = (count + grain - 1) / grain;
   const std::int64_t parts = std::max<std::int64_t>(1, std::min<std::int64_t>(threads, grains));
   const std::int64_t each = (grains + parts - 1) / parts * grain;
-  std::vector<decltype(work(0, 0))> results(static_cast<std::size_t>(parts));
+  std::vector<std::conditional_t<returns, Result, char>> results(static_cast<std::size_t>(parts));
   std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(parts));
   const auto part = [&](std::int64_t i) noexcept {
     try {
-      const std::int64_t first = std::min(i * each, count);
-      results[static_cast<std::size_t>(i)] = work(first, std::min(first + each, count));
+      const std::int64_t first = std::min(i * each, count), last = std::min(first + each, count);
+      if constexpr (returns) {
+        results[static_cast<std::size_t>(i)] = work(first, last);
+      } else {
+        work(first, last);
+      }
     } catch (...) {
       thrown[static_cast<std::size_t>(i)] = std::current_exception();
     }

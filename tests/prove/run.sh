@@ -119,8 +119,10 @@ all_tests() {
   cp "$build"/bindings/_core.*.so "$build/python/surefix/"
   rm -f "$work/pytest-$1."*
   # What a sanitizer says as it ends a worker of pytest would be lost, but for its own files.
+  local suppressed=
+  [[ $1 != tsan ]] || suppressed=suppressions=$PWD/tests/prove/tsan.supp
   env "${@:2}" {A,UB,T}SAN_OPTIONS="halt_on_error=1:detect_leaks=0:print_stacktrace=1:\
-log_path=$work/pytest-$1" PYTHONPATH="$build/python" "${pytest[@]}" >"$work/pytest-$1.txt" ||
+log_path=$work/pytest-$1:$suppressed" PYTHONPATH="$build/python" "${pytest[@]}" >"$work/pytest-$1.txt" ||
     { tail -n 40 "$work/pytest-$1."*; return 1; }
 }
 count_tests() {
