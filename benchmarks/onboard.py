@@ -91,6 +91,18 @@ def main() -> None:
           f"stack {need.stack_bytes}, {need.instructions} instructions")  # fmt: skip
     if need.stack_bytes > MOST_STACK:
         raise SystemExit("its step needs more than 64 KiB of stack")
+    stated = stated_instructions(need.program)
+    if not 0.95 * stated < need.instructions < 1.05 * stated:
+        raise SystemExit(f"its instructions are not the {stated} that docs/onboard.md states")
+
+
+def stated_instructions(program: str) -> int:
+    """In the table of docs/onboard.md."""
+    page = (ROOT / "docs" / "onboard.md").read_text(encoding="utf-8")
+    row = re.search(rf"^\| {program} \|.*\| ([\d,]+) \|$", page, re.MULTILINE)
+    if row is None:
+        raise SystemExit(f"docs/onboard.md has no row for {program}")
+    return int(row[1].replace(",", ""))
 
 
 def measure(programs: Sequence[Program] = PROGRAMS) -> list[Need]:
@@ -154,7 +166,7 @@ def call_graph(program: str) -> Calls:
     """Of the library and one program."""
     calls = Calls()
     for file in BUILD.rglob("*.ci"):
-        if "programs" in file.parts and file.name != f"{program}.cpp.ci":
+        if "programs" in file.relative_to(BUILD).parts and file.name != f"{program}.cpp.ci":
             continue
         text = file.read_text(encoding="utf-8")
         for name, size, kind in NODE.findall(text):

@@ -1,7 +1,7 @@
 // A ramp hidden in one of three speed sensors, looked for in the last 300 measurements after every
 // step (Parellier, Barrau & Bonnabel 2023, with the exact likelihood ratio over all onsets).
 //
-//   M,stamp [ns],sensor (0 wheel, 1 radar, 2 receiver),speed [m/s]
+//   M,stamp [ns since the start],sensor (0 wheel, 1 radar, 2 receiver),speed [m/s]
 //   E,time [ns]         a step ends
 //
 // writes of each sensor: time, sensor, finding, onset [ns], slope [m/s²] and its standard error,
@@ -11,6 +11,7 @@
 #include <surefix/core/integrator_chain.hpp>
 #include <surefix/core/system.hpp>
 #include <surefix/drift/sliding_detector.hpp>
+#include <surefix/version.hpp>
 
 #include "counters.hpp"
 #include "lines.hpp"
@@ -68,6 +69,7 @@ constexpr double false_alarm = 1e-6;  // of each search
 }  // namespace
 
 int main() {
+  if (!surefix::fits_library()) return refused("a library that is not the headers'");
   System system(surefix::ConstantAcceleration(0.05));
   if (!configure(system)) return refused("sensors");
   System::ModelBelief start;
@@ -82,12 +84,13 @@ int main() {
   std::array<surefix::drift::SlidingFinding, searches> all;
   long long bad = 0;
   for (long long row = 0; lines.next(); ++row) {
+    const bool message = lines.is('M', 3), wanted = lines.is('E', 1);
     const auto time = lines.whole<surefix::Time>(0);
-    if (lines.kind() == 'M') {
+    if (message) {
       const auto sensor = lines.whole<std::int32_t>(1);
       const double speed = lines.number(2);
       if (!lines.bad()) (void)filter.push(time, sensor, speed, row);  // refused ones are counted
-    } else if (lines.kind() == 'E' && !lines.bad()) {
+    } else if (wanted && !lines.bad()) {
       const Status status = step(filter, detector, time, all);
       if (status != Status::ok) {
         std::printf("%lld,%s\n", static_cast<long long>(time), surefix::name(status));
@@ -103,8 +106,8 @@ int main() {
         std::printf("\n");
       }
     }
-    bad += lines.bad() || (lines.kind() != 'M' && lines.kind() != 'E');
+    bad += lines.bad() || !(message || wanted);
   }
   print(filter.counters(), bad);
-  return 0;
+  return Lines::finish();
 }

@@ -19,25 +19,41 @@ class Lines {
     std::setvbuf(stdout, out_, _IOFBF, sizeof out_);
   }
 
-  /// False at the end of the input; what was written goes out before the wait. What is no line of
-  /// ours, or too long to be one, has the kind '?'.
+  /// False at the end of the input, or where nothing can be written any more; what was written goes
+  /// out before the wait. What is no line of ours, or too long to be one, has the kind '?'.
   [[nodiscard]] bool next() {
-    std::fflush(stdout);
-    if (std::fgets(text_, sizeof text_, stdin) == nullptr) return false;
-    char* const end = std::strpbrk(text_, "\r\n");
-    if (end != nullptr) *end = '\0';
-    if (end == nullptr && !skip_line()) text_[0] = '\0';
+    if (std::fflush(stdout) != 0) return false;
+    std::size_t length = 0;
+    bool readable = true;
+    int c = std::getchar();
+    if (c == EOF) return false;
+    for (; c != '\n' && c != EOF; c = std::getchar()) {
+      readable = readable && c != '\0' && length + 1 < sizeof text_;
+      if (readable) text_[length++] = static_cast<char>(c);
+    }
+    if (length > 0 && text_[length - 1] == '\r') --length;
+    text_[readable ? length : 0] = '\0';
     kind_ = text_[0] != '\0' && (text_[1] == ',' || text_[1] == '\0') ? text_[0] : '?';
     bad_ = kind_ == '?';
-    char* at = text_;
+    fields_ = 0;
+    char* at = std::strchr(text_, ',');
     for (const char*& start : start_) {
-      at = at != nullptr ? std::strchr(at, ',') : nullptr;
-      if (at != nullptr) *at++ = '\0';
-      start = at != nullptr ? at : "";
+      start = "";
+      if (at == nullptr) continue;
+      *at++ = '\0';
+      start = at;
+      ++fields_;
+      at = std::strchr(at, ',');
     }
+    if (at != nullptr) ++fields_;  // more than any line of ours has
     return true;
   }
-  [[nodiscard]] char kind() const { return kind_; }
+  /// Whether the line is of this kind; it is bad if it then has not so many fields.
+  [[nodiscard]] bool is(char kind, int fields) {
+    if (kind_ != kind) return false;
+    bad_ = bad_ || fields_ != fields;
+    return true;
+  }
 
   /// Field i; NaN, and the line is bad, if that is not one number.
   [[nodiscard]] double number(int i) {
@@ -62,18 +78,18 @@ class Lines {
   /// Whether the line, or a field that was asked for, is not what it should be.
   [[nodiscard]] bool bad() const { return bad_; }
 
- private:
-  /// The rest of a line: true if there was none, because the input ended without a newline.
-  [[nodiscard]] static bool skip_line() {
-    int c = std::getchar();
-    const bool ended = c == EOF;
-    while (c != '\n' && c != EOF) c = std::getchar();
-    return ended;
+  /// What main returns: 0 if all was read and written.
+  [[nodiscard]] static int finish() {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::ferror(stdin) == 0) return 0;
+    std::fprintf(stderr, "input or output failed\n");
+    return 1;
   }
 
+ private:
   char text_[256];
   char kind_ = '?';
   bool bad_ = false;
+  int fields_ = 0;
   const char* start_[most];
   char in_[4096], out_[4096];
 };

@@ -2,14 +2,15 @@
 // each of which may be out or drift: which of them is wrong, and limits that hold the speed but for
 // 1e-11.
 //
-//   M,stamp [ns],sensor (0 wheel, 1 radar, 2 receiver),speed [m/s]
+//   M,stamp [ns since the start],sensor (0 wheel, 1 radar, 2 receiver),speed [m/s]
 //   E,time [ns]         an estimate is wanted
 //
-// writes time, speed, lower and upper limit, and of each sensor the probability that it is healthy;
-// at the end how many measurements were taken and refused.
+// writes time, speed, lower and upper limit, and of each sensor the probability that it is healthy,
+// or time and why there is none; at the end how many measurements were taken and refused.
 #include <surefix/core/integrator_chain.hpp>
 #include <surefix/core/system.hpp>
 #include <surefix/robust/filter.hpp>
+#include <surefix/version.hpp>
 
 #include "counters.hpp"
 #include "lines.hpp"
@@ -58,6 +59,7 @@ constexpr double risk = 1e-11;  // of each estimate
 }  // namespace
 
 int main() {
+  if (!surefix::fits_library()) return refused("a library that is not the headers'");
   System system(surefix::ConstantAcceleration(0.08));  // root density of the jerk [m/s³/√Hz]
   surefix::robust::SensorModes modes;
   if (!configure(system) || !add_modes(modes)) return refused("sensors or modes");
@@ -80,12 +82,13 @@ int main() {
   surefix::robust::RobustEstimate estimate;
   long long bad = 0;
   for (long long row = 0; lines.next(); ++row) {
+    const bool message = lines.is('M', 3), wanted = lines.is('E', 1);
     const auto time = lines.whole<surefix::Time>(0);
-    if (lines.kind() == 'M') {
+    if (message) {
       const auto sensor = lines.whole<std::int32_t>(1);
       const double speed = lines.number(2);
       if (!lines.bad()) (void)filter.push(time, sensor, speed, row);  // refused ones are counted
-    } else if (lines.kind() == 'E' && !lines.bad()) {
+    } else if (wanted && !lines.bad()) {
       const Status status = filter.estimate(time, estimate);
       if (status != Status::ok) {
         std::printf("%lld,%s\n", static_cast<long long>(time), surefix::name(status));
@@ -98,8 +101,8 @@ int main() {
                     estimate.mode_probability[s * surefix::robust::SensorModes::max_modes]);
       std::printf("\n");
     }
-    bad += lines.bad() || (lines.kind() != 'M' && lines.kind() != 'E');
+    bad += lines.bad() || !(message || wanted);
   }
   print(filter.counters(), bad);
-  return 0;
+  return Lines::finish();
 }

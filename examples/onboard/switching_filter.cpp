@@ -7,6 +7,7 @@
 #include <cmath>
 #include <surefix/core/linear_system.hpp>
 #include <surefix/switching/filter.hpp>
+#include <surefix/version.hpp>
 
 #include "lines.hpp"
 
@@ -48,6 +49,7 @@ using Filter = surefix::switching::Filter<surefix::switching::Method::one_step, 
 }  // namespace
 
 int main() {
+  if (!surefix::fits_library()) return refused("a library that is not the headers'");
   surefix::switching::ModeChain chain;
   surefix::PreparedSystem<Sizes> system;
   static Filter filter;
@@ -59,9 +61,11 @@ int main() {
   long long bad = 0;
   while (lines.next()) {
     // Each line is a step in time: one that cannot be read is a measurement that is missing.
+    const bool measured = lines.is('Z', 1);
     const double value = lines.number(0);
-    bad += lines.bad() || lines.kind() != 'Z';
-    const Status status = step(filter, system, lines.kind() == 'Z' ? value : std::nan(""));
+    const bool good = measured && !lines.bad();
+    bad += !good;
+    const Status status = step(filter, system, good ? value : std::nan(""));
     const auto& found = filter.estimate();
     if (status == Status::ok)
       std::printf("%.4f,%.4f,%.6f\n", found.x(0), std::sqrt(found.P(0, 0)),
@@ -70,5 +74,5 @@ int main() {
       std::printf("%s\n", surefix::name(status));
   }
   if (bad > 0) std::printf("bad_line,%lld\n", bad);
-  return 0;
+  return Lines::finish();
 }

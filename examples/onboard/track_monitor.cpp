@@ -8,6 +8,7 @@
 // writes time, what is declared, the position along the line, its protection level [m], and how
 // many satellites were used and taken out.
 #include <surefix/raim/follower.hpp>
+#include <surefix/version.hpp>
 #include <vector>
 
 #include "lines.hpp"
@@ -30,10 +31,11 @@ constexpr double max_speed = 90.0;  // [m/s]
 }  // namespace
 
 int main() {
+  if (!surefix::fits_library()) return refused("a library that is not the headers'");
   static Lines lines;
   std::vector<Point> vertices;
   bool more = lines.next();
-  for (; more && lines.kind() == 'T'; more = lines.next()) {
+  for (; more && lines.is('T', 3); more = lines.next()) {
     vertices.push_back({lines.number(0), lines.number(1), lines.number(2)});
     if (lines.bad()) return refused("a vertex of the track");
   }
@@ -49,7 +51,8 @@ int main() {
   int n = 0;
   long long bad = 0;
   for (; more; more = lines.next()) {
-    if (lines.kind() == 'S') {
+    const bool seen = lines.is('S', 6), complete = lines.is('E', 1);
+    if (seen) {
       const Satellite satellite{{lines.number(0), lines.number(1), lines.number(2)},
                                 lines.number(3),
                                 lines.number(4),
@@ -57,14 +60,14 @@ int main() {
       // A line that is broken is a satellite that cannot be read: the epoch is judged without it.
       // One too many is counted, and the monitor says so.
       if (!lines.bad() && n++ < max_satellites) sky[static_cast<std::size_t>(n - 1)] = satellite;
-    } else if (lines.kind() == 'E') {
+    } else if (complete) {
       const Verdict verdict = follower.judge(lines.number(0), sky.data(), n);
       std::printf("%.1f,%s,%.2f,%.2f,%d,%d\n", lines.number(0), name(verdict.declared),
                   verdict.along, verdict.protection, verdict.used, verdict.excluded);
       n = 0;
     }
-    bad += lines.bad() || (lines.kind() != 'S' && lines.kind() != 'E');
+    bad += lines.bad() || !(seen || complete);
   }
   if (bad > 0) std::printf("bad_line,%lld\n", bad);
-  return 0;
+  return Lines::finish();
 }

@@ -1,8 +1,8 @@
 """What alert limits claim against what is measured, as docs/robust.md says it.
 
 ``python tests/prove/risk.py``: 1000 weighed runs (`surefix validate`) of the filter's own model for
-each of three seeds, which may nowhere miss more than claimed; and of each violation of that model,
-which has to be seen to. Minutes. The last line is the figure.
+each of three seeds, where no 95 % interval may lie above the claim; and of each violation of that
+model, where every one has to. Minutes. The last line is the figure.
 """
 
 from __future__ import annotations

@@ -153,7 +153,7 @@ prove_coverage() {
   llvm-profdata merge -o "$build/coverage.profdata" "$build"/*.profraw
   for object in "${programs[@]:1}"; do programs+=(-object "$object"); done
   set -- "${programs[0]}" "${programs[@]:4}" -instr-profile "$build/coverage.profdata" \
-    -ignore-filename-regex='^/usr|/\.venv/|/tests/|/bindings/'
+    -ignore-filename-regex="^(/usr/(include|lib)|$PWD/(\.venv|tests|bindings))/"
   llvm-cov export -format=lcov "$@" >"$work/coverage.lcov"
   llvm-cov export -format=text -skip-functions -skip-expansions "$@" >"$work/coverage.json"
   rm -f "$work/coverage.txt"

@@ -22,7 +22,7 @@ class Filter {
     ConfigStatus status = initial.check();
     if (status == ConfigStatus::ok) status = modes.make(chain, S::m);
     if (status != ConfigStatus::ok) return status;
-    recursion_ = Recursion<method, S>(modes, 1);
+    recursion_.make(modes, 1);
     for (int j = 0; j < S::M; ++j) {
       state_.bank[at(j)] = initial;
       state_.law.mode[at(j)] = chain.initial(j);

@@ -17,7 +17,9 @@ class Recursion {
  public:
   Recursion() = default;
   /// For the modes of a chain and `systems` systems.
-  Recursion(const ModeTable<S>& modes, int systems) : modes_(modes) {
+  Recursion(const ModeTable<S>& modes, int systems) { make(modes, systems); }
+  void make(const ModeTable<S>& modes, int systems) {
+    modes_ = modes;
     room_.make(modes.size());
     reduced_.resize(at(systems));
     reduced_pointers_.resize(at(systems));
