@@ -152,5 +152,5 @@ int main(int count, char** arguments) {
   const long lost = hostile_in_single(100'000);
   std::printf(", and P itself in %.0f %% of precise readings after a day's gap\n",
               double(lost) / 1000.0);
-  return worst.bad() ? 1 : 0;
+  return worst.bad() || usual.negative || fast.negative || lost > 0 ? 1 : 0;
 }

@@ -1,9 +1,10 @@
 """One line for each promise of docs/promises.md: its tests that passed, and its figures.
 
-``python tests/prove/promises.py FOLDER``: reads ctest.xml and pytest.xml (JUnit) and the figures of
-the proofs (NAME.figure) there. A test that is named and did not run and pass fails; so does a proof
-that failed. Figures that a test measures are its properties `figure` (`record_property`). With
-``--write``, the figures are also put into the page, after "last: " in each row.
+``python tests/prove/promises.py FOLDER REVISION``: reads ctest.xml and pytest.xml (JUnit) and the
+figures of the proofs (NAME.figure) there. A test that is named and did not run and pass fails; so
+does a proof that failed, or was of another revision (NAME.revision). Figures that a test measures
+are its properties `figure` (`record_property`). With ``--write``, the figures are also put into the
+page, after "last: " in each row.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ REFERENCE = re.compile(r"`(ctest|pytest|prove) ([^`]+)`")
 class Results:
     """What ran: name of a test as the page writes it, whether it passed, what it measured."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, revision: str) -> None:
+        self.folder, self.revision = folder, revision
         self.passed: dict[str, dict[str, bool]] = {"ctest": {}, "pytest": {}}
         self.figures: dict[str, list[str]] = {}
         for case in ET.parse(folder / "ctest.xml").iter("testcase"):
@@ -46,6 +47,13 @@ class Results:
             pattern += "::*"
         return [name for name in self.passed[kind] if fnmatchcase(name, pattern)]
 
+    def of_proof(self, name: str) -> str | None:
+        """Its figure; None if it failed or was of another revision."""
+        figure, revision = (self.folder / f"{name}.{kind}" for kind in ("figure", "revision"))
+        if not figure.is_file() or revision.read_text().strip() != self.revision:
+            return None
+        return figure.read_text().strip()
+
     def of_test(self, name: str) -> list[str]:
         """What a test measured."""
         return self.figures.get(name, [])
@@ -60,8 +68,8 @@ def figures_of(references: list[Reference], results: Results) -> list[str]:
     for kind, pattern in references:
         if kind != "prove":
             found += [each for name in results.of(kind, pattern) for each in results.of_test(name)]
-        elif (file := results.folder / f"{pattern}.figure").is_file():
-            found.append(f"{pattern}: {file.read_text().strip()}")
+        elif (figure := results.of_proof(pattern)) is not None:
+            found.append(f"{pattern}: {figure}")
     return found
 
 
@@ -71,7 +79,7 @@ def report(promise: str, references: list[Reference], results: Results) -> tuple
     failed: list[str] = []
     for kind, pattern in references:
         if kind == "prove":
-            if not (results.folder / f"{pattern}.figure").is_file():
+            if results.of_proof(pattern) is None:
                 failed.append(f"prove {pattern}")
             continue
         names = results.of(kind, pattern)
@@ -96,9 +104,10 @@ def with_figures(row: str, results: Results) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
+    parser.add_argument("revision")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
-    results = Results(given.folder)
+    results = Results(given.folder, given.revision)
     before, rest = PAGE.read_text(encoding="utf-8").split("## Promises\n", 1)
     section, after = rest.split("\n## ", 1)
     references: dict[int, list[Reference]] = {}

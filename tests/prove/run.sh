@@ -20,6 +20,8 @@ export GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.mxfast=0
 # Only this project's own flags.
 unset CXXFLAGS LDFLAGS CMAKE_PREFIX_PATH
 
+# What is proved: figures of another state of the code do not count.
+revision() { git describe --always --dirty --abbrev=40 2>/dev/null || echo "no revision"; }
 # Configures a preset into build/PRESET and builds the targets named after it.
 preset() {
   cmake --preset "$1"
@@ -196,12 +198,12 @@ prove_risk() {
 }
 
 # Last: one line for each promise, of the tests that its rows name and of the proofs above (as they
-# were last run).
+# were last run, of the same revision).
 prove_promises() {
   preset release
   ctest --test-dir build/release --no-tests=error -j "$(nproc)" --output-junit "$work/ctest.xml"
   "${pytest[@]}" --junitxml="$work/pytest.xml" -o junit_family=xunit1 # the later one has no properties
-  "$python" tests/prove/promises.py "$work" >"$work/promises.txt" ||
+  "$python" tests/prove/promises.py "$work" "$(revision)" >"$work/promises.txt" ||
     { cat "$work/promises.txt"; return 1; }
   figure="one line each"$'\n'"$(sed 's/^/  /' "$work/promises.txt")"
 }
@@ -220,7 +222,8 @@ for proof in "${proofs[@]}"; do
   begin=$SECONDS
   rm -f "$work/$proof.$kind" "$work/$proof.log"
   # In a shell of its own that stops at the first failure, which an `if` around it would hide.
-  (set -e; figure=; "prove_$proof"; echo "$figure" >"$work/$proof.$kind") >>"$work/$proof.log" 2>&1 &
+  (set -e; figure=; "prove_$proof"; echo "$figure" >"$work/$proof.$kind"
+    revision >"$work/$proof.${kind%figure}revision") >>"$work/$proof.log" 2>&1 &
   if wait $!; then
     printf '%-11s ok %6d s  %s\n' "$proof" $((SECONDS - begin)) "$(cat "$work/$proof.$kind")"
   else
