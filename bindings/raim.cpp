@@ -233,7 +233,7 @@ py::tuple names(int count) {
 }  // namespace
 
 void bind_raim(py::module_& module) {
-  module.attr("RAIM_STATUS_NAMES") = names<Solvable>(6);
+  module.attr("RAIM_STATUS_NAMES") = names<Solvable>(7);
   module.attr("DECLARED_NAMES") = names<Declared>(4);
   module.attr("MAX_SATELLITES") = max_satellites;
   module.attr("MAX_SATELLITE_SYSTEMS") = max_systems;

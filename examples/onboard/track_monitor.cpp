@@ -69,5 +69,7 @@ int main() {
     bad += lines.bad() || !(seen || complete);
   }
   if (bad > 0) std::printf("bad_line,%lld\n", bad);
+  if (follower.refused() > 0)
+    std::printf("bad_time,%lld\n", static_cast<long long>(follower.refused()));
   return Lines::finish();
 }

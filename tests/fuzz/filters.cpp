@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   auto detector = made.detector();
   auto mixture = made.mixture();
   Time now = 0;
-  long pushed = 0, asked = 0;
+  long pushed = 0, asked = 0, mixture_failed = 0;
   while (bytes.more()) {
     if (bytes.byte() % 4 != 0) {
       const Time stamp = now + (bytes.byte() % 2 == 0 ? bytes.time() % 1'000'000'000 : 0);
@@ -41,7 +41,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       now = next;
     }
     robust::RobustEstimate e;
-    if (mixture.estimate(next, e) != Status::ok) continue;
+    if (mixture.estimate(next, e) != Status::ok) {
+      ++mixture_failed;
+      continue;
+    }
     require(std::isfinite(e.x[0]) && e.P[0] >= 0.0 && e.P[1] == e.P[2], "the mixture's moments");
     require(e.lower <= e.upper, "limits");
     require(e.discarded >= 0.0 && e.discarded <= 1.0, "what was cut off");
@@ -49,5 +52,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   long counted = 0;
   for (const std::int64_t count : filter.counters().all()) counted += count;
   require(counted >= pushed && counted <= pushed + asked, "every message is counted");
+  counted = 0;
+  for (const std::int64_t count : mixture.counters().all()) counted += count;
+  require(counted == pushed + mixture_failed, "every message of the mixture is counted");
   return 0;
 }

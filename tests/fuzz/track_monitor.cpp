@@ -26,6 +26,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   raim::Follower follower(monitor, known ? 30.0 : std::numeric_limits<double>::infinity(),
                           known ? 50.0 : raim::Verdict::none);
   double time = 0.0;
+  bool first = true;  // which may be at any time
+  std::int64_t refused = 0;
   while (bytes.more()) {
     std::vector<raim::Satellite> sky(bytes.byte() % 12);
     for (std::size_t i = 0; i < sky.size(); ++i) {
@@ -39,8 +41,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       sky[i].pseudorange =
           raim::look(at, sky[i].position, settings.rotation).range + bytes.number(0.0, 20.0);
     }
-    time += bytes.number(1.0, 0.5);
-    const raim::Verdict v = follower.judge(time, sky.data(), static_cast<int>(sky.size()));
+    const double now = time + bytes.number(1.0, 2.0);
+    const bool forwards = std::isfinite(now) && (first || now >= time);
+    if (forwards) time = now, first = false;
+    refused += !forwards;
+    const double low = follower.low(), high = follower.high();
+    const raim::Verdict v = follower.judge(now, sky.data(), static_cast<int>(sky.size()));
+    require(forwards == (v.status != raim::Solvable::time), "a time that is one");
+    require(follower.refused() == refused, "epochs refused are counted");
+    require(forwards || (follower.low() == low && follower.high() == high), "and change nothing");
     const bool usable = v.declared == raim::Declared::ok || v.declared == raim::Declared::excluded;
     require(!usable || (std::isfinite(v.along) && v.sigma > 0.0), "a position");
     require(!usable || !(v.protection <= 0.0), "a level is positive");

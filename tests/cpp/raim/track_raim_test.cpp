@@ -318,33 +318,52 @@ TEST(Follower, AJumpPastTheIntervalBeginsANewOne) {
   }
 }
 
-TEST(Follower, ATimeThatIsNoneLosesNoTime) {
+TEST(Follower, RefusesAndCountsATimeThatIsNoneOrRunsBackwards) {
   const Track track = arc();
   const TrackRaim monitor(track, {});
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
-  for (const double none : {nan, infinity, -infinity}) {
+  for (const double none : {nan, infinity, -infinity, -0.1, -1e300}) {
     Random random(7);
     Follower with(monitor, 20.0, -200.0), without = with;
     const auto first = epoch(track, -200.0, 10, 2, random, 0.3);
     for (Follower* follower : {&with, &without})
       ASSERT_EQ(follower->judge(0.0, first.data(), 10).declared, Declared::ok);
     const double low = with.low(), high = with.high(), place = with.place();
-    // An epoch of no satellites: as at the time of the one before, so that nothing grows.
-    EXPECT_EQ(with.judge(none, nullptr, 0).declared, Declared::not_available);
+    // Satellites that would be a position, if it were known when.
+    const Verdict refused = with.judge(none, first.data(), 10);
+    EXPECT_EQ(refused.declared, Declared::not_available);
+    EXPECT_EQ(refused.status, Solvable::time);
+    EXPECT_TRUE(std::isnan(refused.along) && std::isnan(refused.protection));
+    EXPECT_FALSE(refused.alarm || refused.available);
+    EXPECT_EQ(with.refused(), 1);
     EXPECT_EQ(with.low(), low);
     EXPECT_EQ(with.high(), high);
     EXPECT_EQ(with.place(), place);
     // 10 s after the first, by 20 m/s as far as if the other had not been.
-    EXPECT_EQ(with.judge(10.0, nullptr, 0).declared, Declared::not_available);
-    EXPECT_EQ(without.judge(10.0, nullptr, 0).declared, Declared::not_available);
+    EXPECT_EQ(with.judge(10.0, nullptr, 0).status, Solvable::too_few);
+    EXPECT_EQ(without.judge(10.0, nullptr, 0).status, Solvable::too_few);
     EXPECT_EQ(with.low(), low - 200.0);
     EXPECT_EQ(with.high(), high + 200.0);
     EXPECT_EQ(with.low(), without.low());
-    // And a vehicle that has moved for 19 s is found.
+    // And a vehicle that has moved for 19 s is found, a second time at the same time as well.
     const auto moved = epoch(track, 110.0, 10, 2, random, 0.3);
-    EXPECT_EQ(with.judge(19.0, moved.data(), 10).declared, Declared::ok);
-    EXPECT_NEAR(with.place(), 110.0, 20.0);
+    for (int again = 0; again < 2; ++again) {
+      EXPECT_EQ(with.judge(19.0, moved.data(), 10).declared, Declared::ok);
+      EXPECT_NEAR(with.place(), 110.0, 20.0);
+    }
+    EXPECT_EQ(with.refused(), 1);
+    EXPECT_EQ(without.refused(), 0);
   }
+}
+
+TEST(Follower, RefusesTheFirstTimeTooIfItIsNone) {
+  const Track track = arc();
+  const TrackRaim monitor(track, {});
+  Follower follower(monitor, 20.0, -200.0);
+  Random random(7);
+  const auto first = epoch(track, -200.0, 10, 2, random, 0.3);
+  EXPECT_EQ(follower.judge(std::nan(""), first.data(), 10).status, Solvable::time);
+  EXPECT_EQ(follower.judge(-5.0, first.data(), 10).declared, Declared::ok);
 }
 
 }  // namespace

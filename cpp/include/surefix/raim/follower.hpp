@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "surefix/raim/track_raim.hpp"
@@ -23,12 +24,18 @@ class Follower {
     if (!std::isnan(near)) low_ = near - off_, high_ = near + off_;
   }
 
-  /// Judges the epoch at `time` [s], no earlier than the one before. Where that is no number, the
-  /// epoch counts as at the time of the one before, and the next knows how long ago that was.
+  /// Judges the epoch at `time` [s]. One whose time is not finite, or before the last one's, is
+  /// counted and not available (`Solvable::time`), and nothing changes: how far the vehicle may
+  /// have gone until then is not known.
   [[nodiscard]] Verdict judge(double time, const Satellite* satellites, int n) noexcept {
-    const double elapsed = std::isfinite(time) && !std::isnan(time_) ? time - time_ : 0.0;
-    const double gone = elapsed > 0.0 ? max_speed_ * elapsed : 0.0;
-    if (std::isfinite(time)) time_ = time;
+    if (!std::isfinite(time) || time < time_) {
+      ++refused_;
+      Verdict none;
+      none.status = Solvable::time;
+      return none;
+    }
+    const double gone = time > time_ ? max_speed_ * (time - time_) : 0.0;
+    time_ = time;
     low_ -= gone;
     high_ += gone;
     const Verdict verdict = monitor_->judge(satellites, n, {place_, low_ - off_, high_ + off_});
@@ -52,6 +59,8 @@ class Follower {
   /// Where the vehicle is, as of the last epoch [m].
   [[nodiscard]] double low() const noexcept { return low_; }
   [[nodiscard]] double high() const noexcept { return high_; }
+  /// How many epochs were refused for their time.
+  [[nodiscard]] std::int64_t refused() const noexcept { return refused_; }
 
  private:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -61,7 +70,8 @@ class Follower {
   double place_;
   double off_;  // by how much a position may be off
   double low_ = -infinity, high_ = infinity;
-  double time_ = std::numeric_limits<double>::quiet_NaN();
+  double time_ = std::numeric_limits<double>::quiet_NaN();  // before the first one
+  std::int64_t refused_ = 0;
 };
 
 }  // namespace surefix::raim

@@ -17,10 +17,12 @@ enum class Solvable : std::uint8_t {
   geometry,   ///< all satellites in one direction as seen along the track
   off_track,  ///< the solution lies beyond an end of the track
   diverged,   ///< the iteration did not settle
+  time,       ///< a follower's: the time is no number, or before the last one
 };
 constexpr const char* name(Solvable status) noexcept {
-  constexpr std::array<const char*, 6> names{
-      "ok", "too few satellites", "too many satellites", "geometry", "off track", "diverged"};
+  constexpr std::array<const char*, 7> names{
+      "ok",  "too few satellites", "too many satellites", "geometry", "off track", "diverged",
+      "time"};
   return names[static_cast<std::size_t>(status)];
 }
 
